@@ -1,0 +1,69 @@
+#pragma once
+#include <concepts>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+namespace onemap {
+
+// Appends little-endian integers to a byte vector: the one way in which records and datagrams are encoded.
+class ByteWriter {
+ public:
+  explicit ByteWriter(std::vector<std::uint8_t>& out) : out_(out) {}
+  template <std::integral T>
+  void put(T value) {
+    auto bits = static_cast<std::make_unsigned_t<T>>(value);
+    for (std::size_t i = 0; i < sizeof(T); ++i) {
+      out_.push_back(static_cast<std::uint8_t>(bits & 0xFFu));
+      if constexpr (sizeof(T) > 1) bits = static_cast<std::make_unsigned_t<T>>(bits >> 8);
+    }
+  }
+  void bytes(std::span<const std::uint8_t> data) { out_.insert(out_.end(), data.begin(), data.end()); }
+  std::size_t size() const { return out_.size(); }
+
+ private:
+  std::vector<std::uint8_t>& out_;
+};
+
+// Reads what ByteWriter wrote. Total: reading past the end yields zeros and makes ok() false for good; a decoder checks
+// ok() (and done(), when nothing may follow) once at the end.
+class ByteReader {
+ public:
+  explicit ByteReader(std::span<const std::uint8_t> data) : data_(data) {}
+  template <std::integral T>
+  T get() {
+    if (remaining() < sizeof(T)) return fail<T>();
+    std::make_unsigned_t<T> bits = 0;
+    for (std::size_t i = 0; i < sizeof(T); ++i)
+      bits = static_cast<std::make_unsigned_t<T>>(bits | (static_cast<std::make_unsigned_t<T>>(data_[at_ + i]) << (8 * i)));
+    at_ += sizeof(T);
+    return static_cast<T>(bits);
+  }
+  std::span<const std::uint8_t> bytes(std::size_t count) {
+    if (remaining() < count) {
+      fail<std::uint8_t>();
+      return {};
+    }
+    auto part = data_.subspan(at_, count);
+    at_ += count;
+    return part;
+  }
+  std::size_t remaining() const { return data_.size() - at_; }
+  bool ok() const { return ok_; }
+  bool done() const { return ok_ && remaining() == 0; }
+
+ private:
+  template <class T>
+  T fail() {
+    ok_ = false;
+    at_ = data_.size();
+    return T{};
+  }
+  std::span<const std::uint8_t> data_;
+  std::size_t at_ = 0;
+  bool ok_ = true;
+};
+
+}  // namespace onemap

@@ -1,0 +1,40 @@
+#pragma once
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace onemap {
+
+// Who a robot is: 16 opaque bytes, ordered byte by byte. Today they are the robot's name (at most 16 characters of
+// A-Z a-z 0-9 _ . -), zero padded; an identity key's hash fits the same room.
+struct RobotId {
+  std::array<std::uint8_t, 16> bytes{};
+  auto operator<=>(const RobotId&) const = default;
+
+  static constexpr bool valid_name(std::string_view name) {
+    if (name.empty() || name.size() > 16) return false;
+    for (char c : name) {
+      const bool good = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+                        c == '-' || c == '.';
+      if (!good) return false;
+    }
+    return name.front() != '.';
+  }
+  static RobotId from_name(std::string_view name) {
+    RobotId id;
+    for (std::size_t i = 0; i < name.size() && i < id.bytes.size(); ++i) id.bytes[i] = static_cast<std::uint8_t>(name[i]);
+    return id;
+  }
+  std::string name() const {
+    std::string text;
+    for (auto b : bytes) {
+      if (b == 0) break;
+      text.push_back(static_cast<char>(b));
+    }
+    return text;
+  }
+};
+
+}  // namespace onemap

@@ -1,0 +1,65 @@
+#pragma once
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "hal/frame.hpp"
+
+namespace onemap::hal {
+
+class FramePool;
+
+// A frame's memory on loan from the pool; returns it when destroyed. Moves, never copies.
+class Frame {
+ public:
+  Frame() = default;
+  Frame(Frame&& other) noexcept;
+  Frame& operator=(Frame&& other) noexcept;
+  Frame(const Frame&) = delete;
+  Frame& operator=(const Frame&) = delete;
+  ~Frame();
+
+  explicit operator bool() const { return pool_ != nullptr; }
+  FrameTime time{};
+  std::uint64_t index = 0;
+  std::span<std::uint8_t> rgb() const;
+  std::span<std::uint16_t> depth() const;
+  FrameView view() const;
+
+ private:
+  friend class FramePool;
+  Frame(FramePool* pool, std::size_t slot) : pool_(pool), slot_(slot) {}
+  FramePool* pool_ = nullptr;
+  std::size_t slot_ = 0;
+};
+
+// A fixed number of frame buffers, allocated once. Thread safe. It must outlive its frames.
+class FramePool {
+ public:
+  FramePool(const Intrinsics& intrinsics, std::size_t frames);
+  FramePool(const FramePool&) = delete;
+  FramePool& operator=(const FramePool&) = delete;
+
+  Frame acquire();      // waits until a slot is free
+  Frame try_acquire();  // an empty Frame when none is free
+  const Intrinsics& intrinsics() const { return intrinsics_; }
+  std::size_t capacity() const { return slots_; }
+  std::size_t used() const;
+  std::size_t bytes() const;
+
+ private:
+  friend class Frame;
+  void release(std::size_t slot);
+  const Intrinsics intrinsics_;
+  const std::size_t slots_;
+  std::unique_ptr<std::uint8_t[]> rgb_;
+  std::unique_ptr<std::uint16_t[]> depth_;
+  mutable std::mutex mutex_;
+  std::condition_variable freed_;
+  std::vector<std::size_t> free_;
+};
+
+}  // namespace onemap::hal

@@ -1,0 +1,40 @@
+#include "hal/backends.hpp"
+
+#include <algorithm>
+
+namespace onemap::hal {
+
+Result<CameraAddress> parse_camera_address(std::string_view text) {
+  CameraAddress address;
+  address.text = text;
+  const std::size_t colon = text.find(':');
+  if (colon == std::string_view::npos || colon == 0)
+    return Error{"camera address '" + address.text + "'", "expected BACKEND:PLACE, for example replay:DIR"};
+  address.backend = text.substr(0, colon);
+  std::string_view rest = text.substr(colon + 1);
+  const std::size_t question = rest.find('?');
+  address.path = rest.substr(0, question);
+  std::string_view query = question == std::string_view::npos ? std::string_view{} : rest.substr(question + 1);
+  while (!query.empty()) {
+    const std::string_view pair = query.substr(0, query.find('&'));
+    query.remove_prefix(std::min(query.size(), pair.size() + 1));
+    const std::size_t equals = pair.find('=');
+    if (equals == std::string_view::npos || equals == 0)
+      return Error{"camera address '" + address.text + "'", "option '" + std::string(pair) + "' is not key=value"};
+    address.options[std::string(pair.substr(0, equals))] = pair.substr(equals + 1);
+  }
+  return address;
+}
+
+Result<std::unique_ptr<DepthCamera>> open_camera(std::span<const Backend> table, std::string_view address) {
+  auto parsed = parse_camera_address(address);
+  if (!parsed) return parsed.error();
+  std::string known;
+  for (const Backend& backend : table) {
+    if (backend.name == parsed->backend) return backend.open(*parsed);
+    known += (known.empty() ? "" : ", ") + std::string(backend.name);
+  }
+  return Error{"camera address '" + parsed->text + "'", "no backend '" + parsed->backend + "'; known: " + known};
+}
+
+}  // namespace onemap::hal

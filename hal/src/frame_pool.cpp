@@ -1,0 +1,83 @@
+#include "hal/frame_pool.hpp"
+
+#include <cassert>
+#include <utility>
+
+namespace onemap::hal {
+
+namespace {
+std::size_t pixels(const Intrinsics& k) { return static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height); }
+}  // namespace
+
+Frame::Frame(Frame&& other) noexcept
+    : time(other.time), index(other.index), pool_(std::exchange(other.pool_, nullptr)), slot_(other.slot_) {}
+
+Frame& Frame::operator=(Frame&& other) noexcept {
+  if (this == &other) return *this;
+  if (pool_) pool_->release(slot_);
+  time = other.time;
+  index = other.index;
+  slot_ = other.slot_;
+  pool_ = std::exchange(other.pool_, nullptr);
+  return *this;
+}
+
+Frame::~Frame() {
+  if (pool_) pool_->release(slot_);
+}
+
+std::span<std::uint8_t> Frame::rgb() const {
+  assert(pool_);
+  const std::size_t n = 3 * pixels(pool_->intrinsics_);
+  return {pool_->rgb_.get() + slot_ * n, n};
+}
+
+std::span<std::uint16_t> Frame::depth() const {
+  assert(pool_);
+  const std::size_t n = pixels(pool_->intrinsics_);
+  return {pool_->depth_.get() + slot_ * n, n};
+}
+
+FrameView Frame::view() const { return {time, index, &pool_->intrinsics_, rgb(), depth()}; }
+
+FramePool::FramePool(const Intrinsics& intrinsics, std::size_t frames)
+    : intrinsics_(intrinsics),
+      slots_(frames),
+      rgb_(std::make_unique<std::uint8_t[]>(3 * pixels(intrinsics) * frames)),
+      depth_(std::make_unique<std::uint16_t[]>(pixels(intrinsics) * frames)) {
+  free_.reserve(frames);
+  for (std::size_t slot = frames; slot > 0; --slot) free_.push_back(slot - 1);
+}
+
+Frame FramePool::acquire() {
+  std::unique_lock lock(mutex_);
+  freed_.wait(lock, [&] { return !free_.empty(); });
+  const std::size_t slot = free_.back();
+  free_.pop_back();
+  return {this, slot};
+}
+
+Frame FramePool::try_acquire() {
+  std::unique_lock lock(mutex_);
+  if (free_.empty()) return {};
+  const std::size_t slot = free_.back();
+  free_.pop_back();
+  return {this, slot};
+}
+
+void FramePool::release(std::size_t slot) {
+  {
+    std::unique_lock lock(mutex_);
+    free_.push_back(slot);
+  }
+  freed_.notify_one();
+}
+
+std::size_t FramePool::used() const {
+  std::unique_lock lock(mutex_);
+  return slots_ - free_.size();
+}
+
+std::size_t FramePool::bytes() const { return slots_ * pixels(intrinsics_) * 5; }
+
+}  // namespace onemap::hal

@@ -1,0 +1,38 @@
+#pragma once
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "mapping/local/features.hpp"
+
+namespace onemap::mapping {
+
+struct MatchConfig {
+  bool cross_check = true;      // the paper's filter: keep only matches found in both directions
+  float max_ratio = 0.9f;       // best / second best distance (not squared), 1 = off (Lowe's test, per direction a -> b)
+  bool same_laplacian = true;   // SURF: bright blobs match bright blobs only
+};
+
+// k-nearest-neighbour matching (k = 2) by exhaustive search in both directions with cross check (the paper, section 3).
+// Memory is taken in the constructor. Result sorted by (a); ties go to the lower index, so it is deterministic.
+class Matcher {
+ public:
+  Matcher(const MatchConfig& config, std::size_t max_features);
+  // Both sets have the same kind. The span is valid until the next call.
+  std::span<const Match> match(const FeatureSet& a, const FeatureSet& b);
+
+ private:
+  MatchConfig config_;
+  std::size_t capacity_;
+  struct Nearest {
+    std::int32_t best, second;
+    std::uint16_t index;
+  };
+  std::vector<Nearest> forward_, backward_;
+  std::vector<Match> matches_;
+};
+
+// Distance of two descriptors: squared Euclidean over int8 (surf) or Hamming (orb). The plain reference.
+std::int32_t descriptor_distance(const Descriptor& a, const Descriptor& b, DescriptorKind kind);
+
+}  // namespace onemap::mapping

@@ -1,0 +1,54 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "hal/frame.hpp"
+#include "mapping/geometry.hpp"
+
+namespace onemap::mapping {
+
+// The depths that count as a measurement (the paper, section 3).
+inline constexpr float kMinDepth_m = 0.05f;
+inline constexpr float kMaxDepth_m = 8.0f;
+
+// For every pixel the undistorted viewing ray with z = 1: (x, y) such that X = x * depth, Y = y * depth, Z = depth
+// (eq. 5 with the lens distortion taken out). Computed once a camera.
+class RayTable {
+ public:
+  explicit RayTable(const hal::Intrinsics& intrinsics);
+  int width() const { return width_; }
+  int height() const { return height_; }
+  // Rays of row v: 2 * width floats, x and y interleaved.
+  const float* row(int v) const { return &rays_[2 * static_cast<std::size_t>(v) * static_cast<std::size_t>(width_)]; }
+  // The ray of a sub-pixel position (bilinear between pixels).
+  Eigen::Vector2d at(double u_px, double v_px) const;
+
+ private:
+  int width_, height_;
+  std::vector<float> rays_;
+};
+
+// Undistorted normalised image coordinates -> pixel, with distortion (OpenCV's model). The inverse of RayTable.
+Eigen::Vector2d project_distorted(const hal::Intrinsics& k, const Eigen::Vector2d& ray);
+
+// An organised cloud on an ideal pinhole grid (no distortion): the target of projective association. Cell (u, v) looks
+// along ((u - cx) / fx, (v - cy) / fy, 1). Invalid cells have z = 0 (points) or zero length (normals).
+struct OrganizedCloud {
+  int width = 0, height = 0;
+  float fx = 0, fy = 0, cx = 0, cy = 0;
+  std::vector<Vector3f> points;   // camera frame, metres
+  std::vector<Vector3f> normals;  // unit, towards the camera
+};
+
+// Builds a width x height organised cloud from a depth image: each cell takes the depth at the pixel where its ray falls
+// (nearest), eq. (5); normals from central differences, none across depth steps. The grid spans the colour image's field
+// of view (fx = width / intrinsics.width * intrinsics.fx, ...). out's memory is reused: no allocation after the first call.
+void organize(std::span<const std::uint16_t> depth, const hal::Intrinsics& intrinsics, int width, int height, OrganizedCloud& out);
+
+// Eq. (5) for every stride-th pixel in both directions; points without depth are left out. Writes at most out.size()
+// points (camera frame, metres) and returns how many.
+std::size_t to_points(std::span<const std::uint16_t> depth, const RayTable& rays, double depth_scale, int stride,
+                      std::span<Vector3f> out);
+
+}  // namespace onemap::mapping
