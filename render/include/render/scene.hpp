@@ -18,15 +18,15 @@ Color robot_color(std::size_t n);
 struct RobotPath {
   std::string name;
   Color color{};
-  std::vector<mapping::Pose> poses;          // T_scene_camera of every tracked frame: the line
-  std::vector<mapping::Pose> keyframe_poses; // drawn as camera triangles (the paper, figures 10 and 11)
+  std::vector<mapping::Pose> poses;           // T_scene_camera of every tracked frame: the line
+  std::vector<mapping::Pose> keyframe_poses;  // drawn as camera triangles (the paper, figures 10 and 11)
 };
 
 // What a picture or a model shows. Frame: the map's, metres, y down in the reference camera's optical frame.
 struct Scene {
-  std::string title;  // name of the root node in a model
-  mapping::TriangleMesh mesh;      // drawn if it has triangles,
-  mapping::ColoredCloud points;    // else these
+  std::string title;             // name of the root node in a model
+  mapping::TriangleMesh mesh;    // drawn if it has triangles,
+  mapping::ColoredCloud points;  // else these
   std::vector<RobotPath> robots;
 };
 

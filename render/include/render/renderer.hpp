@@ -1,0 +1,38 @@
+#pragma once
+#include <memory>
+#include <string>
+
+#include "hal/base/result.hpp"
+#include "render/camera.hpp"
+#include "render/image.hpp"
+#include "render/scene.hpp"
+
+namespace onemap::render {
+
+struct Style {
+  int width_px = 1280, height_px = 720;
+  Color background{238, 239, 241};
+  bool points_only = false;       // draw a mesh's vertices as points
+  bool both_sides = false;        // draw surfaces seen from behind too; off: one looks through walls into the room
+  float shading = 0.35f;          // 0: the photograph's colours as they are, 1: full light and shadow
+  float point_size_m = 0;         // diameter; 0: from the cloud's own spacing
+  float path_width_px = 3.0f;     // trajectories
+  float marker_width_px = 1.25f;  // edges of the camera pyramids
+  float marker_size_m = 0;        // depth of a camera pyramid; 0: from the picture's scale
+};
+
+// Draws scenes. One thread at a time; several renderers in a process are independent.
+class Renderer {
+ public:
+  virtual ~Renderer() = default;
+  // Errors: a size that the device does not support, no memory left, a lost device.
+  virtual Result<Image> draw(const Scene& scene, const Camera& camera, const Style& style) = 0;
+  // What draws, for logs: "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL ES 3.2 Mesa 22.3.6".
+  virtual std::string description() const = 0;
+};
+
+// Off-screen through EGL and OpenGL ES 3 without a display: the surfaceless platform, or else a device. The error says
+// which step failed when the machine has no such driver.
+Result<std::unique_ptr<Renderer>> open_egl_renderer();
+
+}  // namespace onemap::render
