@@ -1,5 +1,6 @@
 #pragma once
 #include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -10,10 +11,17 @@
 
 namespace onemap::comms {
 
-// Which log: a robot writes one append-only log a lane.
+// Lanes 0..4: control, poses, features, voxels, imagery. A lower lane is always asked for and served first.
+inline constexpr std::uint8_t kLaneCount = 5;
+inline constexpr std::size_t kMaxRecordBytes = 1u << 20;  // of one body
+
+// Which log: a robot writes one append-only log a lane and incarnation. An incarnation is one life of a robot whose
+// logs lived in memory: it starts again with sequence 0 and a greater incarnation, so a sequence number is never used
+// twice. Logs of older incarnations stay and replicate like any other; who applies records decides what they are worth.
 struct LogId {
   RobotId robot;
   std::uint8_t lane = 0;
+  std::uint64_t incarnation = 0;
   auto operator<=>(const LogId&) const = default;
 };
 
@@ -34,7 +42,9 @@ struct Record {
 // How many records of each log are held without a gap: the frontier of a record set.
 using VersionVector = std::map<LogId, std::uint32_t>;
 
-// 64-bit digest of a version vector, equal on equal vectors.
+// 64-bit digest of a version vector, equal on equal vectors: the sum over all logs that are not empty of entry_digest,
+// modulo 2^64, so that it can be kept up to date entry by entry.
+std::uint64_t entry_digest(const LogId& log, std::uint32_t count);  // 0 when count is 0
 std::uint64_t digest(const VersionVector& frontier);
 
 // Where records are kept. Append in order of sequence; a record is never changed.

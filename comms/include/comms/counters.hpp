@@ -1,0 +1,75 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace onemap::comms {
+
+enum class FrameType : std::uint8_t {
+  beacon = 1,
+  status = 2,
+  have = 3,
+  have_request = 4,
+  want = 5,
+  data = 6,
+  ping = 7,
+  pong = 8
+};
+inline constexpr std::size_t kFrameTypeCount = 9;  // index 0 is not used
+
+// Why a datagram, a frame or a part of one was refused. The first group throws away the whole datagram, unread.
+enum class Refusal : std::uint8_t {
+  too_short,        // less than a header
+  too_long,         // more than kMaxDatagramBytes
+  bad_magic,        // not ours
+  bad_version,      // ours, of another major version
+  bad_type,         // a datagram type that v1 does not know
+  bad_reserved,     // reserved bits are not 0
+  bad_frame,        // a frame is malformed, or unknown and not skippable
+  stranger,         // more than a beacon from an endpoint that is no validated neighbour
+  wrong_receiver,   // meant for another incarnation or another robot
+  own_echo,         // our own datagram came back (multicast)
+  id_conflict,      // somebody else uses our robot id, or two neighbours use one id
+  neighbours_full,  // no room for another neighbour
+  duplicate,        // this datagram was already seen
+  too_old,          // so late that it cannot be told from a duplicate
+  // Parts of a good datagram:
+  logs_full,         // an entry of a version vector beyond max_logs
+  robots_full,       // a status entry beyond max_robots
+  own_log_ahead,     // somebody claims to hold records of ours that we never wrote
+  want_unknown,      // asks for a record that we do not hold
+  want_over_credit,  // asks for more than its credit
+  data_unasked,      // a fragment of a record that we did not ask for (or no longer need)
+  data_conflict,     // fragments of one record disagree about kind, size or hash
+  data_bad_hash,     // a record was complete and its hash was wrong; thrown away and asked for again
+  reassembly_full,   // no room in the reassembly budget
+  store_refused,     // the store had no room for a complete record
+  append_refused,    // an own record was too large or the store had no room
+  count
+};
+inline constexpr std::size_t kRefusalCount = static_cast<std::size_t>(Refusal::count);
+std::string_view name(FrameType type);
+std::string_view name(Refusal reason);
+
+// Everything that a node counts; only ever grows.
+struct Counters {
+  std::uint64_t datagrams_sent = 0, datagrams_received = 0;
+  std::uint64_t bytes_sent = 0, bytes_received = 0;  // UDP payload, everything included
+  std::array<std::uint64_t, kFrameTypeCount> frames_sent{}, frames_received{};
+  std::array<std::uint64_t, kRefusalCount> refused{};
+  std::uint64_t body_bytes_sent = 0;       // bytes of record bodies inside DATA frames
+  std::uint64_t body_bytes_received = 0;   // of them, bytes that were new
+  std::uint64_t duplicate_body_bytes = 0;  // bytes of fragments that were already here
+  std::uint64_t records_appended = 0;      // own
+  std::uint64_t records_received = 0;      // of others, complete and stored
+  std::uint64_t fragments_reasked = 0;     // asked for again after a loss
+  std::uint64_t records_retargeted = 0;    // asked for from another neighbour after silence
+  std::uint64_t neighbours_lost = 0;       // fell silent for neighbour_timeout
+
+  std::uint64_t of(Refusal reason) const { return refused[static_cast<std::size_t>(reason)]; }
+  std::uint64_t sent(FrameType type) const { return frames_sent[static_cast<std::size_t>(type)]; }
+  std::uint64_t received(FrameType type) const { return frames_received[static_cast<std::size_t>(type)]; }
+};
+
+}  // namespace onemap::comms

@@ -1,0 +1,25 @@
+#pragma once
+#include <array>
+#include <compare>
+#include <cstdint>
+
+namespace onemap::comms {
+
+// Where a datagram comes from or goes to: an IPv6 address (IPv4 as ::ffff:a.b.c.d) and a port. The protocol only
+// compares endpoints; text and sockets are comms/udp's.
+struct Endpoint {
+  std::array<std::uint8_t, 16> address{};
+  std::uint16_t port = 0;
+  auto operator<=>(const Endpoint&) const = default;
+
+  static constexpr Endpoint ipv4(std::uint8_t a, std::uint8_t b, std::uint8_t c, std::uint8_t d, std::uint16_t port) {
+    return {{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xFF, 0xFF, a, b, c, d}, port};
+  }
+  constexpr bool is_ipv4() const {
+    for (std::size_t i = 0; i < 10; ++i)
+      if (address[i] != 0) return false;
+    return address[10] == 0xFF && address[11] == 0xFF;
+  }
+};
+
+}  // namespace onemap::comms

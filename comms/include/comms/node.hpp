@@ -1,0 +1,107 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "comms/counters.hpp"
+#include "comms/datagram_port.hpp"
+#include "comms/endpoint.hpp"
+#include "comms/record.hpp"
+#include "hal/base/ids.hpp"
+#include "hal/base/time.hpp"
+
+namespace onemap::comms {
+
+struct NodeConfig {
+  RobotId self;
+  // One life of this robot; never 0; a later start must use a greater one (for example: nanoseconds since 1970 at
+  // start).
+  std::uint64_t incarnation = 1;
+  std::vector<Endpoint> peers;                 // greeted from the start; others are accepted when they greet us
+  std::optional<Endpoint> group;               // multicast group for beacons
+  std::uint64_t bytes_per_second = 4'000'000;  // pacing of record bodies, over all neighbours
+  std::size_t train_datagrams = 8;             // at most this many at once
+  Duration beacon_min = std::chrono::milliseconds(250), beacon_max = std::chrono::seconds(4);
+  Duration neighbour_timeout = std::chrono::seconds(20);
+  std::size_t credit_bytes = 256u << 10;     // asked for and not yet arrived, from one neighbour
+  std::size_t reassembly_bytes = 16u << 20;  // incomplete or out of order records
+  std::size_t max_neighbours = 32, max_robots = 1024, max_logs = 4096;
+};
+
+// What a robot says about itself, as it travels hop by hop through the team: the newest (incarnation, counter) wins.
+struct RobotStatus {
+  RobotId robot;
+  std::uint64_t incarnation = 0;
+  std::uint32_t counter = 0;
+  std::uint64_t frontier_digest = 0;  // of what it holds
+  std::uint64_t map_digest = 0;       // as given to set_local_status
+  std::uint8_t flags = 0;             // as given to set_local_status
+};
+inline constexpr std::uint8_t kStatusFinished = 1;  // this robot will write nothing more of its own camera
+
+struct NeighbourStatus {
+  RobotId robot;
+  std::uint64_t incarnation = 0;
+  Endpoint endpoint;
+  bool alive = false;  // both directions proved, heard within neighbour_timeout
+  Instant last_heard{};
+  double loss = 0.0;      // estimate of datagrams lost on the way from there to here, 0..1
+  Duration round_trip{};  // smoothed; 0 when not measured yet
+  std::uint64_t bytes_in = 0, bytes_out = 0;
+  std::uint64_t frontier_digest = 0, map_digest = 0;  // as it last said itself
+  std::uint8_t flags = 0;
+};
+
+// One robot's side of the protocol (comms/PROTOCOL.md), as a pure function of bytes and `now`: no clock, socket or
+// thread. Call it from one thread, like this, with a `now` that never goes back:
+//
+//   while datagrams wait:                 node.on_datagram(now, from, bytes)
+//   when now >= node.next_deadline():     node.on_timer(now)
+//   after any of these and after append:  while (node.next_outgoing(d)) port.send(d);
+//                                         while (node.next_applied(r)) apply(r);
+//   sleep until next_deadline() or a datagram
+//
+// Every record that any robot of the connected team wrote reaches every robot, over several hops, in spite of loss,
+// duplication and reordering; equal frontiers mean equal record sets.
+class Node {
+ public:
+  // The store must outlive the node. Records that it already holds are given out by next_applied first.
+  Node(NodeConfig config, LogStore& store);
+  ~Node();
+  Node(const Node&) = delete;
+  Node& operator=(const Node&) = delete;
+
+  void on_datagram(Instant now, const Endpoint& from, std::span<const std::uint8_t> bytes);
+  void on_timer(Instant now);
+  Instant next_deadline() const;  // call on_timer then, or earlier
+
+  // Writes the next record of the own log of this lane. Nothing: the body is larger than kMaxRecordBytes, or the lane
+  // is unknown, or the store has no room; counted.
+  std::optional<RecordId> append(Instant now, std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body);
+  // What beacons say about this robot; sent at once when it changed (at most ten times a second).
+  void set_local_status(Instant now, std::uint64_t map_digest, std::uint8_t flags);
+
+  bool next_outgoing(OutgoingDatagram& datagram);            // false: nothing to send at the last `now`
+  bool next_applied(std::shared_ptr<const Record>& record);  // each stored record once, own and others', in log order
+
+  const VersionVector& frontier() const;
+  std::uint64_t frontier_digest() const;  // digest(frontier())
+  std::vector<NeighbourStatus> neighbours() const;
+  const std::map<RobotId, RobotStatus>& team() const;  // every robot ever heard of, itself included
+  // At least `robots` robots are known, and all that are known carry these flags, one map digest and one frontier
+  // digest.
+  bool team_agrees(std::size_t robots, std::uint8_t flags) const;
+  std::size_t records_missing() const;  // that some neighbour is known to hold and this robot does not, yet
+  std::optional<std::uint8_t> hops(const RecordId& id) const;  // links that this record came over; 0: own
+  const Counters& counters() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace onemap::comms
