@@ -1,0 +1,17 @@
+#pragma once
+#include "landmark_map.hpp"
+#include "mapping/team/records.hpp"
+
+namespace onemap::mapping {
+
+// Copies without allocating: to's vectors have the capacity.
+void copy_features(const FeatureFrame& from, FeatureFrame& to);
+
+// The organised depth of a keyframe, in record units, and back as a cloud with normals.
+void store_grid(const OrganizedCloud& cloud, MapKeyframe& keyframe);
+void grid_cloud(const MapKeyframe& keyframe, OrganizedCloud& out);
+
+// What leaves the robot of a sealed keyframe: features with depth, and every second row and column of the grid.
+void fill_record(const MapKeyframe& keyframe, KeyframeRecord& out);
+
+}  // namespace onemap::mapping

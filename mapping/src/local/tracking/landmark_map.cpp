@@ -1,0 +1,92 @@
+#include "landmark_map.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <utility>
+
+namespace onemap::mapping {
+
+LandmarkMap::LandmarkMap(std::size_t max_keyframes, std::size_t max_landmarks, std::size_t max_features)
+    : keyframes_(max_keyframes), landmarks_(max_landmarks) {
+  for (MapKeyframe& k : keyframes_) {
+    k.features.reserve(max_features);
+    k.grid_depth.assign(static_cast<std::size_t>(kGridWidth) * kGridHeight, 0);
+  }
+  free_.reserve(max_landmarks);
+  for (std::size_t i = max_landmarks; i > 0; --i) free_.push_back(static_cast<std::int32_t>(i - 1));
+}
+
+std::int32_t LandmarkMap::add_landmark() {
+  if (free_.empty()) return -1;
+  const std::int32_t id = free_.back();
+  free_.pop_back();
+  landmark(id) = Landmark{};
+  landmark(id).used = true;
+  return id;
+}
+
+void LandmarkMap::unlink(MapKeyframe& keyframe, std::size_t feature) {
+  const std::int32_t id = std::exchange(keyframe.features.landmark[feature], -1);
+  if (id < 0) return;
+  Landmark& l = landmark(id);
+  if (--l.observations > 0) return;
+  l.used = false;
+  free_.push_back(id);
+}
+
+void LandmarkMap::evict(std::size_t slot) {
+  MapKeyframe& k = keyframes_[slot];
+  for (std::size_t i = 0; i < k.features.size(); ++i) unlink(k, i);
+  k.used = false;
+  ++evicted_;
+}
+
+std::size_t LandmarkMap::take_keyframe_slot(std::span<const std::size_t> keep) {
+  std::size_t worst = 0;
+  int worst_own = std::numeric_limits<int>::max();
+  for (std::size_t slot = 0; slot < keyframes_.size(); ++slot) {
+    const MapKeyframe& k = keyframes_[slot];
+    if (!k.used) return slot;
+    if (!k.sealed || std::find(keep.begin(), keep.end(), slot) != keep.end()) continue;
+    int own = 0;  // landmarks that would be lost or nearly lost with it
+    for (const std::int32_t id : k.features.landmark) own += id >= 0 && landmark(id).observations <= 2;
+    if (own < worst_own) worst_own = own, worst = slot;
+  }
+  evict(worst);
+  return worst;
+}
+
+std::size_t LandmarkMap::covisible(std::uint32_t mark, int min_shared, std::span<std::size_t> out) const {
+  constexpr std::size_t kMost = 32;
+  std::array<std::pair<int, std::size_t>, kMost> best{};  // (shared, slot), most first
+  std::size_t n = 0;
+  const std::size_t limit = std::min(out.size(), kMost);
+  for (std::size_t slot = 0; slot < keyframes_.size(); ++slot) {
+    const MapKeyframe& k = keyframes_[slot];
+    if (!k.used) continue;
+    int shared = 0;
+    for (const std::int32_t id : k.features.landmark) shared += id >= 0 && landmark(id).mark == mark;
+    if (shared < min_shared) continue;
+    std::size_t at = n;
+    while (at > 0 && best[at - 1].first < shared) --at;
+    if (at >= limit) continue;
+    n = std::min(n + 1, limit);
+    for (std::size_t i = n - 1; i > at; --i) best[i] = best[i - 1];
+    best[at] = {shared, slot};
+  }
+  for (std::size_t i = 0; i < n; ++i) out[i] = best[i].second;
+  return n;
+}
+
+std::size_t LandmarkMap::bytes() const {
+  std::size_t total = landmarks_.size() * sizeof(Landmark) + free_.capacity() * sizeof(std::int32_t);
+  for (const MapKeyframe& k : keyframes_) {
+    const std::size_t features = k.features.ray.capacity();
+    total += sizeof(MapKeyframe) + k.grid_depth.size() * 2;
+    total += features * (sizeof(Keypoint) + sizeof(Descriptor) + sizeof(Eigen::Vector2d) + sizeof(double) + sizeof(std::int32_t));
+  }
+  return total;
+}
+
+}  // namespace onemap::mapping

@@ -1,0 +1,66 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "feature_frame.hpp"
+
+namespace onemap::mapping {
+
+// A point of the world that several keyframes see.
+struct Landmark {
+  Vector3d p_world = Vector3d::Zero();  // robot's own frame
+  Descriptor descriptor;                // as the last keyframe saw it
+  std::int8_t laplacian = 0;
+  std::uint16_t observations = 0;  // keyframes that see it
+  std::uint32_t visible = 0, found = 0;  // frames in which it should have been, and was, seen
+  std::uint32_t mark = 0;          // scratch of whoever walks the map, see LandmarkMap::next_mark
+  std::int32_t slot = -1;          // scratch: index within the walk
+  bool used = false;
+};
+
+struct MapKeyframe {
+  bool used = false;
+  bool sealed = false;      // left the optimisation window: its pose is final
+  std::uint32_t index = 0;  // the robot's count
+  FrameTime time{};
+  Pose T_camera_world;
+  FeatureFrame features;
+  std::vector<std::uint16_t> grid_depth;  // kGridWidth x kGridHeight, units of kPointUnit_m, 0 = none
+  double grid_fx = 0, grid_fy = 0, grid_cx = 0, grid_cy = 0;
+};
+
+inline constexpr int kGridWidth = 160, kGridHeight = 120;
+
+// Keyframes and landmarks in pools of fixed size. Slots are reused; the robot's keyframe count goes on.
+class LandmarkMap {
+ public:
+  LandmarkMap(std::size_t max_keyframes, std::size_t max_landmarks, std::size_t max_features);
+
+  std::size_t keyframe_capacity() const { return keyframes_.size(); }
+  MapKeyframe& keyframe(std::size_t slot) { return keyframes_[slot]; }
+  const MapKeyframe& keyframe(std::size_t slot) const { return keyframes_[slot]; }
+  Landmark& landmark(std::int32_t id) { return landmarks_[static_cast<std::size_t>(id)]; }
+  const Landmark& landmark(std::int32_t id) const { return landmarks_[static_cast<std::size_t>(id)]; }
+
+  // A free keyframe slot, evicting the sealed keyframe with the least own landmarks when there is none (never those in keep).
+  std::size_t take_keyframe_slot(std::span<const std::size_t> keep);
+  std::int32_t add_landmark();  // -1 when the pool is full
+  void unlink(MapKeyframe& keyframe, std::size_t feature);  // the landmark goes when nobody sees it any more
+  std::uint64_t evicted() const { return evicted_; }
+  std::uint32_t next_mark() { return ++mark_; }
+  std::size_t bytes() const;
+
+  // Slots of the keyframes that see at least min_shared landmarks carrying this mark, most first, at most out.size().
+  std::size_t covisible(std::uint32_t mark, int min_shared, std::span<std::size_t> out) const;
+
+ private:
+  void evict(std::size_t slot);
+  std::vector<MapKeyframe> keyframes_;
+  std::vector<Landmark> landmarks_;
+  std::vector<std::int32_t> free_;
+  std::uint64_t evicted_ = 0;
+  std::uint32_t mark_ = 0;
+};
+
+}  // namespace onemap::mapping

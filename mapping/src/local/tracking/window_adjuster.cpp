@@ -1,0 +1,249 @@
+#include "window_adjuster.hpp"
+
+#include <cmath>
+
+namespace onemap::mapping {
+
+namespace {
+
+constexpr int kIterations = 4;
+constexpr double kMinZ_m = 0.02;
+constexpr int N = 6 * static_cast<int>(kWindow);
+
+// Solves S x = b for the leading n rows by Cholesky, in a fixed order of operations; false when S is not positive definite.
+bool cholesky_solve(Eigen::Matrix<double, N, N>& S, Eigen::Matrix<double, N, 1>& x, int n) {
+  for (int j = 0; j < n; ++j) {
+    double d = S(j, j);
+    for (int k = 0; k < j; ++k) d -= S(j, k) * S(j, k);
+    if (!(d > 1e-12)) return false;
+    S(j, j) = std::sqrt(d);
+    for (int i = j + 1; i < n; ++i) {
+      double s = S(i, j);
+      for (int k = 0; k < j; ++k) s -= S(i, k) * S(j, k);
+      S(i, j) = s / S(j, j);
+    }
+  }
+  for (int i = 0; i < n; ++i) {
+    for (int k = 0; k < i; ++k) x[i] -= S(i, k) * x[k];
+    x[i] /= S(i, i);
+  }
+  for (int i = n - 1; i >= 0; --i) {
+    for (int k = i + 1; k < n; ++k) x[i] -= S(k, i) * x[k];
+    x[i] /= S(i, i);
+  }
+  return true;
+}
+
+}  // namespace
+
+WindowAdjuster::WindowAdjuster(std::size_t max_landmarks, std::size_t max_observations) {
+  points_.reserve(max_landmarks);
+  trial_.reserve(max_landmarks);
+  step_b_.reserve(max_landmarks);
+  inverse_V_.reserve(max_landmarks);
+  gathered_.reserve(max_observations);
+  observations_.reserve(max_observations);
+  point_of_.reserve(max_observations);
+  W_.reserve(max_observations);
+}
+
+std::size_t WindowAdjuster::bytes() const {
+  return sizeof(*this) + points_.capacity() * (sizeof(Point) + 2 * sizeof(Vector3d) + sizeof(Matrix3d)) +
+         W_.capacity() * (2 * sizeof(Obs) + sizeof(std::uint32_t) + sizeof(Matrix36));
+}
+
+const Pose& WindowAdjuster::pose_of(std::int32_t index, const std::array<Pose, kWindow>& poses) const {
+  const auto i = static_cast<std::size_t>(index);
+  return i < kWindow ? poses[i] : fixed_pose_[i - kWindow];
+}
+
+void WindowAdjuster::add_observations(LandmarkMap& map, std::size_t slot, std::int32_t pose, bool create) {
+  const MapKeyframe& k = map.keyframe(slot);
+  for (std::size_t i = 0; i < k.features.size(); ++i) {
+    const std::int32_t id = k.features.landmark[i];
+    if (id < 0 || map.landmark(id).observations < 2) continue;
+    Landmark& l = map.landmark(id);
+    if (l.slot < 0) {
+      if (!create || points_.size() == points_.capacity()) continue;
+      l.slot = static_cast<std::int32_t>(points_.size());
+      points_.push_back({l.p_world, id, 0, 0});
+    }
+    if (gathered_.size() == gathered_.capacity()) return;
+    const double size = std::max(1.0, static_cast<double>(k.features.set.keypoints[i].size_px) / 24.0);
+    gathered_.push_back({{k.features.ray[i], k.features.has_depth(i) ? 1 / k.features.depth_m[i] : 0.0, 1 / (size * size)},
+                         pose, static_cast<std::uint32_t>(i)});
+    point_of_.push_back(static_cast<std::uint32_t>(l.slot));
+  }
+}
+
+// Collects points and observations and sorts the observations by point (stable).
+void WindowAdjuster::gather(LandmarkMap& map, std::span<const std::size_t> free_slots) {
+  points_.clear();
+  gathered_.clear();
+  point_of_.clear();
+  free_ = fixed_ = 0;
+  const std::uint32_t mark = map.next_mark();
+  for (const std::size_t slot : free_slots)
+    for (const std::int32_t id : map.keyframe(slot).features.landmark)
+      if (id >= 0) map.landmark(id).mark = mark, map.landmark(id).slot = -1;
+  for (const std::size_t slot : free_slots) {
+    pose_[free_] = map.keyframe(slot).T_camera_world;
+    free_slot_[free_] = slot;
+    add_observations(map, slot, static_cast<std::int32_t>(free_), true);
+    ++free_;
+  }
+  std::array<std::size_t, kWindow + kFixedMost> near{};
+  const std::size_t n = map.covisible(mark, 10, near);
+  for (std::size_t i = 0; i < n && fixed_ < kFixedMost; ++i) {
+    bool is_free = false;
+    for (std::size_t f = 0; f < free_; ++f) is_free = is_free || free_slot_[f] == near[i];
+    if (is_free) continue;
+    // Landmarks outside the window keep stale scratch slots; their mark tells them apart.
+    fixed_pose_[fixed_] = map.keyframe(near[i]).T_camera_world;
+    fixed_slot_[fixed_] = near[i];
+    const std::size_t before = gathered_.size();
+    const MapKeyframe& k = map.keyframe(near[i]);
+    for (const std::int32_t id : k.features.landmark)
+      if (id >= 0 && map.landmark(id).mark != mark) map.landmark(id).slot = -1;
+    add_observations(map, near[i], static_cast<std::int32_t>(kWindow + fixed_), false);
+    if (gathered_.size() > before) ++fixed_;
+  }
+  first_is_fixed_ = fixed_ == 0;
+  for (Point& p : points_) p.begin = p.end = 0;
+  for (const std::uint32_t p : point_of_) ++points_[p].end;
+  std::uint32_t at = 0;
+  for (Point& p : points_) {
+    const std::uint32_t count = p.end;
+    p.begin = p.end = at;
+    at += count;
+  }
+  observations_.resize(gathered_.size());
+  for (std::size_t i = 0; i < gathered_.size(); ++i) observations_[points_[point_of_[i]].end++] = gathered_[i];
+}
+
+double WindowAdjuster::cost(double focal_px, const std::array<Pose, kWindow>& poses, bool trial) const {
+  double sum = 0;
+  for (std::size_t j = 0; j < points_.size(); ++j)
+    for (std::uint32_t k = points_[j].begin; k < points_[j].end; ++k) {
+      const Obs& obs = observations_[k];
+      const Vector3d p = pose_of(obs.pose, poses) * (trial ? trial_[j] : points_[j].p);
+      if (p.z() < kMinZ_m) {
+        sum += 1e4;
+        continue;
+      }
+      const double chi2 = obs.o.weight * residual(p, obs.o, focal_px).squaredNorm(), bound = chi2_bound(obs.o);
+      sum += chi2 <= bound ? chi2 : 2 * std::sqrt(chi2 * bound) - bound;
+    }
+  return sum;
+}
+
+// Builds the reduced system S delta = g over the free poses: U - sum_j W_j V_j^-1 W_j^T.
+void WindowAdjuster::linearize(double focal_px, double lambda) {
+  S_.setZero();
+  g_.setZero();
+  W_.resize(observations_.size());
+  inverse_V_.resize(points_.size());
+  step_b_.resize(points_.size());
+  for (std::size_t j = 0; j < points_.size(); ++j) {
+    const Point& point = points_[j];
+    Matrix3d V = Matrix3d::Zero();
+    Vector3d b = Vector3d::Zero();
+    for (std::uint32_t k = point.begin; k < point.end; ++k) {
+      const Obs& obs = observations_[k];
+      const Pose& T = pose_of(obs.pose, pose_);
+      const Vector3d p = T * point.p;
+      W_[k].setZero();
+      if (p.z() < kMinZ_m) continue;
+      const Vector3d r = residual(p, obs.o, focal_px);
+      const double w = obs.o.weight * huber_weight(obs.o.weight * r.squaredNorm(), chi2_bound(obs.o));
+      const Matrix3d Jq = residual_by_point(p, obs.o, focal_px);
+      const Matrix3d Jp = Jq * T.R;
+      V.noalias() += w * Jp.transpose() * Jp;
+      b.noalias() += w * Jp.transpose() * r;
+      const bool moves = obs.pose < static_cast<std::int32_t>(kWindow) && !(first_is_fixed_ && obs.pose == 0);
+      if (!moves) continue;
+      const Eigen::Matrix<double, 3, 6> Jc = Jq * point_by_motion(p);
+      const int at = 6 * obs.pose;
+      S_.block<6, 6>(at, at).noalias() += w * Jc.transpose() * Jc;
+      g_.segment<6>(at).noalias() -= w * Jc.transpose() * r;
+      W_[k].noalias() = w * Jp.transpose() * Jc;
+    }
+    for (int d = 0; d < 3; ++d) V(d, d) += lambda * V(d, d) + 1e-9;
+    const Matrix3d inverse = V.inverse();
+    inverse_V_[j] = inverse;
+    step_b_[j] = b;
+    for (std::uint32_t k = point.begin; k < point.end; ++k) {
+      if (observations_[k].pose >= static_cast<std::int32_t>(kWindow)) continue;
+      const int at = 6 * observations_[k].pose;
+      const Eigen::Matrix<double, 6, 3> WV = W_[k].transpose() * inverse;
+      g_.segment<6>(at).noalias() += WV * b;
+      for (std::uint32_t m = point.begin; m < point.end; ++m) {
+        const int to = 6 * observations_[m].pose;
+        if (observations_[m].pose >= static_cast<std::int32_t>(kWindow) || to > at) continue;
+        S_.block<6, 6>(at, to).noalias() -= WV * W_[m];
+      }
+    }
+  }
+  for (int d = 0; d < N; ++d) S_(d, d) += lambda * std::abs(S_(d, d)) + 1e-9;
+  if (first_is_fixed_)
+    for (int d = 0; d < 6; ++d) S_(d, d) = 1, g_[d] = 0;
+}
+
+bool WindowAdjuster::solve(double lambda) {
+  (void)lambda;
+  delta_ = g_;
+  if (!cholesky_solve(S_, delta_, 6 * static_cast<int>(free_))) return false;
+  for (std::size_t i = 0; i < free_; ++i) {
+    const Vector6d d = delta_.segment<6>(6 * static_cast<int>(i));
+    trial_pose_[i] = small_motion(d) * pose_[i];
+    trial_pose_[i].R = orthonormal(trial_pose_[i].R);
+  }
+  trial_.resize(points_.size());
+  for (std::size_t j = 0; j < points_.size(); ++j) {
+    Vector3d b = step_b_[j];
+    for (std::uint32_t k = points_[j].begin; k < points_[j].end; ++k)
+      if (observations_[k].pose < static_cast<std::int32_t>(kWindow)) b.noalias() += W_[k] * delta_.segment<6>(6 * observations_[k].pose);
+    trial_[j] = points_[j].p - inverse_V_[j] * b;
+  }
+  return true;
+}
+
+void WindowAdjuster::drop_outliers(LandmarkMap& map, double focal_px) {
+  for (const Point& point : points_)
+    for (std::uint32_t k = point.begin; k < point.end; ++k) {
+      const Obs& obs = observations_[k];
+      const Vector3d p = pose_of(obs.pose, pose_) * point.p;
+      const bool fits = p.z() > kMinZ_m && obs.o.weight * residual(p, obs.o, focal_px).squaredNorm() <= 1.5 * chi2_bound(obs.o);
+      if (fits || obs.pose >= static_cast<std::int32_t>(kWindow)) continue;
+      map.unlink(map.keyframe(free_slot_[static_cast<std::size_t>(obs.pose)]), obs.feature);
+    }
+}
+
+void WindowAdjuster::adjust(LandmarkMap& map, std::span<const std::size_t> free_slots, double focal_px) {
+  gather(map, free_slots);
+  if (points_.size() < 10) return;
+  double lambda = 1e-4, current = cost(focal_px, pose_, false);
+  for (int i = 0; i < kIterations; ++i) {
+    linearize(focal_px, lambda);
+    if (!solve(lambda)) {
+      lambda *= 10;
+      continue;
+    }
+    const double next = cost(focal_px, trial_pose_, true);
+    if (!(next < current)) {
+      lambda *= 10;
+      continue;
+    }
+    const bool done = current - next < 1e-3 * current;
+    current = next;
+    pose_ = trial_pose_;
+    for (std::size_t j = 0; j < points_.size(); ++j) points_[j].p = trial_[j];
+    lambda *= 0.3;
+    if (done) break;
+  }
+  for (std::size_t i = 0; i < free_; ++i) map.keyframe(free_slot_[i]).T_camera_world = pose_[i];
+  for (const Point& point : points_) map.landmark(point.id).p_world = point.p;
+  drop_outliers(map, focal_px);
+}
+
+}  // namespace onemap::mapping
