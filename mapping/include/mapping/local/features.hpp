@@ -8,10 +8,11 @@ namespace onemap::mapping {
 // A local feature of the grey image. Pixel centres at integers; sub-pixel position.
 struct Keypoint {
   float x_px = 0, y_px = 0;
-  float size_px = 0;               // diameter of the region described (SURF: 20 s; ORB: patch size)
+  float size_px = 0;                   // diameter of the region described (SURF: 20 s; ORB: patch size)
   float cos_angle = 1, sin_angle = 0;  // dominant orientation
-  float response = 0;              // detector's strength, larger is better
-  std::int8_t laplacian = 0;       // SURF: sign of the Laplacian (bright blob on dark -1, dark on bright +1); ORB: 0
+  float response = 0;                  // detector's strength, larger is better
+  std::int8_t laplacian = 0;  // SURF: sign of the Laplacian (bright blob on dark -1, dark on bright +1); ORB: 0
+  bool operator==(const Keypoint&) const = default;
 };
 
 // 64 bytes that describe a feature. SURF: the 64 components as int8 (value * 127 rounded after normalisation to unit

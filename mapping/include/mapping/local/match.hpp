@@ -1,5 +1,7 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -8,9 +10,17 @@
 namespace onemap::mapping {
 
 struct MatchConfig {
-  bool cross_check = true;      // the paper's filter: keep only matches found in both directions
-  float max_ratio = 0.9f;       // best / second best distance (not squared), 1 = off (Lowe's test, per direction a -> b)
-  bool same_laplacian = true;   // SURF: bright blobs match bright blobs only
+  bool cross_check = true;     // the paper's filter: keep only matches found in both directions
+  float max_ratio = 0.9f;      // best / second best distance (not squared), 1 = off (Lowe's test, per direction a -> b)
+  bool same_laplacian = true;  // SURF: bright blobs match bright blobs only
+  bool simd = true;            // false: the plain reference, which gives the same matches
+};
+
+// What an exhaustive search finds for one feature: the smallest and second smallest distance, and whose the smallest is
+// (the lowest index of several). kNoDistance and -1 where there is none.
+struct TwoNearest {
+  static constexpr std::int32_t kNoDistance = std::numeric_limits<std::int32_t>::max();
+  std::int32_t best = kNoDistance, second = kNoDistance, index = -1;
 };
 
 // k-nearest-neighbour matching (k = 2) by exhaustive search in both directions with cross check (the paper, section 3).
@@ -22,13 +32,15 @@ class Matcher {
   std::span<const Match> match(const FeatureSet& a, const FeatureSet& b);
 
  private:
+  bool accepted(const TwoNearest& n) const;
+
   MatchConfig config_;
   std::size_t capacity_;
-  struct Nearest {
-    std::int32_t best, second;
-    std::uint16_t index;
-  };
-  std::vector<Nearest> forward_, backward_;
+  bool simd_;
+  DescriptorKind kind_ = DescriptorKind::surf;
+  std::vector<TwoNearest> forward_, backward_;
+  std::vector<std::int16_t> packed_;  // surf: the second set in blocks of eight, for the SIMD search
+  std::vector<std::int32_t> block_;   // and what is found for it
   std::vector<Match> matches_;
 };
 

@@ -11,10 +11,11 @@ struct SurfConfig {
   float hessian_threshold = 30.f;  // on the normalised determinant of the Hessian of an 8-bit image
   int octaves = 3;                 // each with 4 box-filter sizes
   bool upright = false;            // U-SURF: no dominant orientation (faster; no in-plane rotation)
+  bool simd = true;                // false: the plain reference, which gives the same bits
 };
 
-// SURF (Bay, Tuytelaars, Van Gool 2006): determinant-of-Hessian blobs on an integral image, Haar-wavelet orientation and
-// a 64-component descriptor. All memory is taken in the constructor; detect() does not allocate. Deterministic.
+// SURF (Bay, Tuytelaars, Van Gool 2006): determinant-of-Hessian blobs on an integral image, Haar-wavelet orientation
+// and a 64-component descriptor. All memory is taken in the constructor; detect() does not allocate. Deterministic.
 class Surf {
  public:
   Surf(const SurfConfig& config, int width, int height);
