@@ -1,1 +1,90 @@
-namespace onemap {}
+#include "hal/backends/simulated.hpp"
+
+#include <fmt/format.h>
+
+#include <cassert>
+
+#include "caster.hpp"
+#include "options.hpp"
+#include "rooms.hpp"
+#include "sensor.hpp"
+#include "walk.hpp"
+
+namespace onemap::hal {
+
+namespace {
+
+using namespace simulated;
+
+CameraPose pose_at(const Walk& walk, const Options& options, std::uint64_t frame) {
+  const double time_s = static_cast<double>(frame) / options.fps;
+  return pose_on_walk(walk, options.robot, options.robots, options.seed, time_s);
+}
+
+class SimulatedCamera final : public DepthCamera {
+ public:
+  explicit SimulatedCamera(const Options& options)
+      : options_(options),
+        intrinsics_(options.intrinsics()),
+        scene_(build_scene(options.scene, options.seed)),
+        caster_(scene_, intrinsics_),
+        sensor_(options),
+        row_(options.width) {}
+
+  const Intrinsics& intrinsics() const override { return intrinsics_; }
+
+  Grab grab(Frame& into, std::chrono::milliseconds) override {
+    if (next_ == options_.frames) return Grab::end;
+    assert(into.depth().size() == static_cast<std::size_t>(options_.width) * static_cast<std::size_t>(options_.height));
+    caster_.start(pose_at(scene_.walk, options_, next_));
+    for (int y = 0; y < options_.height; ++y) {
+      caster_.cast(y, row_);
+      sensor_.take(next_, y, row_, into.rgb(), into.depth());
+    }
+    into.index = next_;
+    into.time = options_.time(next_);
+    ++next_;
+    return Grab::frame;
+  }
+
+  const Error& last_error() const override { return no_error_; }  // a formula always answers
+  CameraCounters counters() const override { return {next_, 0, 0}; }
+  std::uint64_t frames_expected() const override { return options_.frames - next_; }
+  std::string description() const override {
+    return fmt::format("simulated {}, robot {} of {}, seed {}, {}x{}", options_.scene_text, options_.robot,
+                       options_.robots, options_.seed, options_.width, options_.height);
+  }
+
+ private:
+  const Options options_;
+  const Intrinsics intrinsics_;
+  const Scene scene_;
+  Caster caster_;
+  Sensor sensor_;
+  Row row_;
+  std::uint64_t next_ = 0;
+  Error no_error_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<DepthCamera>> open_simulated(const CameraAddress& address) {
+  auto options = parse_options(address);
+  if (!options) return options.error();
+  return std::unique_ptr<DepthCamera>(std::make_unique<SimulatedCamera>(*options));
+}
+
+Result<std::vector<SimulatedPose>> simulated_truth(const CameraAddress& address) {
+  auto options = parse_options(address);
+  if (!options) return options.error();
+  const Walk walk = build_scene(options->scene, options->seed).walk;
+  std::vector<SimulatedPose> truth;
+  truth.reserve(options->frames);
+  for (std::uint64_t frame = 0; frame < options->frames; ++frame) {
+    const CameraPose pose = pose_at(walk, *options, frame);
+    truth.push_back({options->time(frame), {pose.position.x, pose.position.y, pose.position.z}, quaternion_xyzw(pose)});
+  }
+  return truth;
+}
+
+}  // namespace onemap::hal

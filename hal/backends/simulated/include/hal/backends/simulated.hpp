@@ -1,11 +1,45 @@
 #pragma once
+#include <array>
 #include <memory>
+#include <vector>
 
 #include "hal/backends.hpp"
 
 namespace onemap::hal {
 
-// `simulated:SCENE?robot=N&robots=M&frames=F&seed=S&noise=kinect|none&width=W&height=H`: a room from formulas.
+// `simulated:SCENE?key=value&key=value...`: a furnished room from formulas, seen by one robot of a team that walks
+// through it with the camera in hand. The same address gives the same bytes on every machine, and frame k does not
+// depend on the frames before it. All robots of one scene and seed see the same room, under the same light, from
+// neighbouring places of one closed walk, so that their views overlap.
+//
+// SCENE: living-room, office, storage, empty-hall, corridor (its doors look alike on purpose). No two scenes, and no
+// two seeds of one scene, share a texture.
+//
+//   option  default  range         meaning
+//   robot   1        1..robots     which robot of the team this camera belongs to
+//   robots  3        1..64         robots in the team
+//   frames  200      1..1000000    length of the stream; the walk closes after about 20 s in a room and goes on
+//   seed    1        0..2^63-1     another room: textures, furniture, walks and noise
+//   noise   kinect   kinect, none  kinect: quantised noisy disparity, shadows beside near things, holes on grazing and
+//                                  dark places, range limits; blur, vignetting and noise on the colour. none: exact
+//   near    0.5      0.4..2        metres; nearer depth is 0 (noise=kinect only)
+//   far     5        1..8          metres; farther depth is 0 (noise=kinect only)
+//   width   640      64..1920      pixels; the focal length scales with it (525 at 640)
+//   height  480      48..1440      pixels
+//   fps     30       1..120        frames a second, of the time stamps and of the walk
+//
+// An unknown scene, an unknown option or a value out of its range is an error that lists what is valid.
 Result<std::unique_ptr<DepthCamera>> open_simulated(const CameraAddress& address);
+
+// Where the camera was at one frame. The camera frame is the optical one (x right, y down, z forward), the world is
+// the room (z up, metres, origin on the floor below the walk's centre).
+struct SimulatedPose {
+  FrameTime time{};
+  std::array<double, 3> t_world_camera_m{};
+  std::array<double, 4> q_world_camera_xyzw{0, 0, 0, 1};  // unit quaternion, w >= 0
+};
+
+// The truth of every frame that the address gives, oldest first: what TUM calls groundtruth.txt.
+Result<std::vector<SimulatedPose>> simulated_truth(const CameraAddress& address);
 
 }  // namespace onemap::hal

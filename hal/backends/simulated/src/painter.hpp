@@ -1,0 +1,32 @@
+#pragma once
+#include "arithmetic.hpp"
+#include "texture.hpp"
+
+namespace onemap::hal::simulated {
+
+enum class Style {
+  wallpaper,
+  plaster,
+  ceiling,
+  planks,
+  tiles,
+  concrete,
+  carpet,
+  wood,
+  fabric,
+  picture,
+  poster,
+  book,
+  cardboard,
+  metal,
+  leaves,
+  screen,
+  door,
+  outdoors,
+};
+
+// Paints one surface. The key decides every mark and colour: equal keys give equal surfaces, unlike ones nothing in
+// common. light: how bright the surface stands, 0..1.
+Texture paint(Style style, std::uint64_t key, double width_m, double height_m, double light);
+
+}  // namespace onemap::hal::simulated

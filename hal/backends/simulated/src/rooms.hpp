@@ -1,0 +1,10 @@
+#pragma once
+#include "options.hpp"
+#include "scene.hpp"
+
+namespace onemap::hal::simulated {
+
+// The whole scene of a name and a seed.
+Scene build_scene(SceneName name, std::uint64_t seed);
+
+}  // namespace onemap::hal::simulated
