@@ -13,7 +13,8 @@ namespace {
 
 constexpr std::size_t kMaxSamples = 20000;  // points that decide a viewpoint
 constexpr float kMargin = 1.04f;            // free border around what must be in view
-constexpr float kLookDown = 0.45f;          // tangent of the fit view's tilt
+constexpr float kBeyond = 0.05f;            // of the percentile box, on each side
+constexpr float kLookDown = 0.3f;           // tangent of the fit view's tilt
 
 glm::vec3 to_glm(const mapping::Vector3f& v) { return {v.x(), v.y(), v.z()}; }
 glm::vec3 to_glm(const mapping::Vector3d& v) { return to_glm(mapping::Vector3f(v.cast<float>())); }
@@ -77,7 +78,7 @@ glm::vec3 middle(const std::vector<glm::vec3>& points) {
   return points.empty() ? glm::vec3{0} : sum / static_cast<float>(points.size());
 }
 
-// Keeps the points between the 2nd and the 98th percentile along each axis of the frame.
+// Keeps the points between the 2nd and the 98th percentile, and a little beyond, along each axis of the frame.
 std::vector<glm::vec3> without_strays(const std::vector<glm::vec3>& points, const Frame& frame) {
   if (points.size() < 50) return points;
   std::array<float, 3> low{}, high{};
@@ -86,8 +87,9 @@ std::vector<glm::vec3> without_strays(const std::vector<glm::vec3>& points, cons
   for (std::size_t axis = 0; axis < 3; ++axis) {
     std::transform(points.begin(), points.end(), along.begin(), [&](const auto& p) { return glm::dot(p, axes[axis]); });
     std::sort(along.begin(), along.end());
-    low[axis] = along[along.size() / 50];
-    high[axis] = along[along.size() - 1 - along.size() / 50];
+    const float p2 = along[along.size() / 50], p98 = along[along.size() - 1 - along.size() / 50];
+    low[axis] = p2 - kBeyond * (p98 - p2);
+    high[axis] = p98 + kBeyond * (p98 - p2);
   }
   std::vector<glm::vec3> kept;
   for (const glm::vec3& p : points) {
@@ -136,8 +138,7 @@ Camera look(const Scene& scene, const glm::vec3& eye, const Frame& frame, float 
   return camera;
 }
 
-Camera see_all(const Scene& scene, const std::vector<glm::vec3>& map, const Frame& frame, float aspect) {
-  std::vector<glm::vec3> must_see = without_strays(map, frame);
+Camera see_all(const Scene& scene, std::vector<glm::vec3> must_see, const Frame& frame, float aspect) {
   for (const RobotPath& robot : scene.robots)
     for (const auto& pose : robot.poses.empty() ? robot.keyframe_poses : robot.poses)
       must_see.push_back(to_glm(pose.t));
@@ -186,7 +187,7 @@ Camera make_camera(const Scene& scene, View view, float aspect) {
   const Frame level = mean_frame(scene, middle(map));
   const Frame frame = view == View::top ? make_frame(-level.up, level.forward)
                                         : make_frame(level.forward - kLookDown * level.up, level.up);
-  return see_all(scene, map, frame, aspect);
+  return see_all(scene, without_strays(map, level), frame, aspect);
 }
 
 Camera make_camera(const Scene& scene, const glm::vec3& eye, const glm::vec3& target) {

@@ -11,7 +11,7 @@ namespace onemap::render {
 
 struct Style {
   int width_px = 1280, height_px = 720;
-  Color background{238, 239, 241};
+  Color background{198, 203, 209};
   bool points_only = false;       // draw a mesh's vertices as points
   bool both_sides = false;        // draw surfaces seen from behind too; off: one looks through walls into the room
   float shading = 0.35f;          // 0: the photograph's colours as they are, 1: full light and shadow

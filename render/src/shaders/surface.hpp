@@ -43,7 +43,7 @@ void main() {
     if (point_px_at_1m > 0.0 || dot(normal, normal) == 0.0) known = 0.0;
   }
   vec3 light = normalize(normalize(eye - v_position) + 0.6 * up);
-  float brightness = known > 0.0 ? 0.25 + 0.85 * abs(dot(normalize(normal), light)) : 1.0;
+  float brightness = known > 0.0 ? 0.2 + 0.8 * abs(dot(normalize(normal), light)) : 1.0;
   out_color = vec4(v_color * mix(1.0, brightness, shading), 1.0);
 }
 )";

@@ -1,0 +1,106 @@
+#include "render/camera.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "room_scene.hpp"
+
+namespace onemap::render {
+namespace {
+
+constexpr float kAspect = 16.0f / 9;
+
+// Normalised device coordinates; w <= 0: behind the camera.
+glm::vec4 project(const Camera& camera, const mapping::Vector3f& p) {
+  const glm::vec4 clip = camera.projection(kAspect) * camera.view() * glm::vec4(p.x(), p.y(), p.z(), 1);
+  return {clip.x / clip.w, clip.y / clip.w, clip.z / clip.w, clip.w};
+}
+
+bool in_view(const Camera& camera, const mapping::Vector3f& p) {
+  const glm::vec4 q = project(camera, p);
+  return q.w > 0 && std::abs(q.x) <= 1 && std::abs(q.y) <= 1 && std::abs(q.z) <= 1;
+}
+
+TEST(Viewpoint, fit_and_top_have_the_room_and_the_paths_in_view_and_fill_the_picture) {
+  const Scene scene = test::room_scene();
+  for (const View view : {View::fit, View::top}) {
+    const Camera camera = make_camera(scene, view, kAspect);
+    float reach_x = 0, reach_y = 0;
+    for (const RobotPath& robot : scene.robots)
+      for (const auto& pose : robot.poses) EXPECT_TRUE(in_view(camera, pose.t.cast<float>()));
+    for (const auto& p : scene.mesh.vertices) {
+      EXPECT_TRUE(in_view(camera, p));
+      reach_x = std::max(reach_x, std::abs(project(camera, p).x));
+      reach_y = std::max(reach_y, std::abs(project(camera, p).y));
+    }
+    EXPECT_GT(std::max(reach_x, reach_y), 0.9f);
+  }
+}
+
+TEST(Viewpoint, fit_stands_behind_and_above_the_cameras_and_top_straight_above) {
+  const Scene scene = test::room_scene();  // the robots look along +z, y is down
+  const Camera fit = make_camera(scene, View::fit, kAspect);
+  const glm::vec3 forward = glm::normalize(fit.target - fit.eye);
+  EXPECT_LT(fit.eye.z, -0.7f);
+  EXPECT_LT(fit.eye.y, -0.2f);
+  EXPECT_GT(forward.z, 0.8f);
+  EXPECT_GT(forward.y, 0.1f);
+  const Camera top = make_camera(scene, View::top, kAspect);
+  EXPECT_GT(glm::normalize(top.target - top.eye).y, 0.999f);
+  EXPECT_GT(top.up.z, 0.9f);
+}
+
+TEST(Viewpoint, a_few_stray_points_do_not_move_the_camera) {
+  Scene scene = test::room_scene();
+  const Camera before = make_camera(scene, View::fit, kAspect);
+  for (int i = 0; i < 5; ++i) scene.mesh.vertices.emplace_back(50.0f, -40.0f, 300.0f);
+  const Camera after = make_camera(scene, View::fit, kAspect);
+  EXPECT_LT(glm::distance(before.eye, after.eye), 0.6f);
+  EXPECT_GT(after.far_m, 300.0f);
+}
+
+TEST(Viewpoint, front_and_follow_stand_behind_the_first_robots_keyframes) {
+  Scene scene = test::room_scene();
+  scene.robots[0].keyframe_poses = {test::level_pose(1, 0, 0, 1.5707963), test::level_pose(0, 0, 2, 0)};
+  const Camera front = make_camera(scene, View::front, kAspect);  // yaw of a quarter turn: looks along +x
+  EXPECT_GT(glm::normalize(front.target - front.eye).x, 0.999f);
+  EXPECT_LT(front.eye.x, 1.0f);
+  const Camera follow = make_camera(scene, View::follow, kAspect);
+  EXPECT_LT(follow.eye.z, 1.5f);
+  EXPECT_LT(follow.eye.y, -0.2f);
+  EXPECT_TRUE(in_view(follow, {0, 0, 2}));
+}
+
+bool sane(const Camera& camera) {
+  const glm::mat4 m = camera.projection(kAspect) * camera.view();
+  for (int c = 0; c < 4; ++c)
+    for (int r = 0; r < 4; ++r)
+      if (!std::isfinite(m[c][r])) return false;
+  return camera.near_m > 0 && camera.far_m > camera.near_m;
+}
+
+TEST(Viewpoint, every_scene_gives_a_usable_camera) {
+  Scene empty, single, turned;
+  single.points.points = {{1, 2, 3}};
+  for (int i = 0; i < 8; ++i)
+    turned.robots.resize(1), turned.robots[0].keyframe_poses.push_back(test::level_pose(0, 0, 0, i * 0.7853981634));
+  for (const Scene* scene : {&empty, &single, &turned}) {
+    for (const View view : {View::fit, View::top, View::front, View::follow})
+      EXPECT_TRUE(sane(make_camera(*scene, view, kAspect)));
+    EXPECT_TRUE(sane(make_camera(*scene, {1, 1, 1}, {1, 1, 1})));
+    EXPECT_TRUE(sane(make_camera(*scene, {0, -3, 0}, {0, 0, 0})));  // straight down: up is parallel
+  }
+  EXPECT_TRUE(in_view(make_camera(single, View::fit, kAspect), {1, 2, 3}));
+}
+
+TEST(Viewpoint, names) {
+  EXPECT_EQ(view_from_name("top"), View::top);
+  EXPECT_EQ(view_from_name("fit"), View::fit);
+  EXPECT_EQ(view_from_name("sideways"), std::nullopt);
+}
+
+}  // namespace
+}  // namespace onemap::render
