@@ -17,7 +17,9 @@ namespace onemap::mapping {
 
 // The typed bodies of the records that robots exchange (comms sees only bytes). One canonical encoding each: little
 // endian, integers only, bounded, versioned by the kind. decode() is total: any bytes give a value or an error that
-// names the field; encode(decode(x)) == x.
+// names the field; encode(decode(x)) == x. For submaps that holds for the content of the compressed part: the compressed
+// bytes themselves may differ between versions of zstd, and every version accepts every other's. encode() expects a
+// record that keeps the bounds stated here; what breaks them is refused by decode().
 enum class RecordKind : std::uint16_t { hello = 1, keyframe = 2, trajectory = 3, submap = 4, link = 5, solution = 6, finished = 7 };
 
 // Lanes keep small and urgent records from waiting behind large ones; lower goes first.
@@ -27,7 +29,7 @@ inline constexpr double kPointUnit_m = 0.00025;  // unit of the int16 points and
 
 struct HelloRecord {  // lane control, first record of a robot
   std::string name;   // 1..16 characters
-  std::string camera; // 0..200 characters, for people
+  std::string camera; // 0..200 bytes without control characters, for people
 };
 
 struct KeyframeFeature {
@@ -57,14 +59,14 @@ struct StampedPose {
   QuantizedPose T_robot_camera;
 };
 struct TrajectoryRecord {  // lane poses; consecutive batches
-  std::vector<StampedPose> poses;  // at most 4096
+  std::vector<StampedPose> poses;  // at most 4096, times strictly increasing
 };
 
 // Surface voxels of a set of blocks, as what fusion needs: tsdf mean and weight and mean colour.
 struct SubmapVoxel {
   std::int16_t tsdf = 0;     // mean, in units of truncation / kTsdfOne
-  std::uint8_t weight = 0;   // observations, capped at 255; 0 = unseen (then everything else is 0)
-  Rgb rgb{};
+  std::uint8_t weight = 0;   // sum of weights, capped at 255; 0 = unseen (then everything else is 0)
+  Rgb rgb{};                 // mean colour; 0 0 0 = none was seen (black is written as 1 1 1)
 };
 struct SubmapBlock {
   BlockKey key;
@@ -72,9 +74,9 @@ struct SubmapBlock {
 };
 struct SubmapRecord {  // lane voxels; blocks sorted by key, no key twice within one submap
   std::uint32_t anchor_keyframe = 0;  // the keyframe whose pose the submap follows (0: the robot's own frame)
-  std::int32_t voxel_um = 0;          // micrometres
-  std::int32_t truncation_um = 0;
-  std::vector<SubmapBlock> blocks;    // at most 512
+  std::int32_t voxel_um = 0;          // micrometres; 1 mm to 1 m
+  std::int32_t truncation_um = 0;     // 1 to 100 voxels
+  std::vector<SubmapBlock> blocks;    // at most 512; coordinates below 2^20
 };
 
 enum class LinkReason : std::uint8_t {

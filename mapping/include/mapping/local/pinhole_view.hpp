@@ -1,0 +1,43 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "hal/frame.hpp"
+#include "mapping/local/point_cloud.hpp"
+
+namespace onemap::mapping {
+
+// A depth image resampled (nearest pixel) to an ideal pinhole of the same size that spans the whole undistorted field
+// of view, with a border of one empty pixel, so that projecting a point is a pinhole projection and one look-up. The
+// pixel of the ray (x, y, 1) is (floor(fx x + cx), floor(fy y + cy)): border and half a pixel are in cx and cy.
+class PinholeView {
+ public:
+  explicit PinholeView(std::size_t max_pixels);
+  // Depths outside [kMinDepth_m, max_depth_m] become 0. The look-up table is kept while the intrinsics stay the same.
+  void load(const hal::FrameView& frame, const RayTable& rays, float max_depth_m);
+
+  int width() const { return width_; }    // border included
+  int height() const { return height_; }  // border included
+  float fx() const { return fx_; }
+  float fy() const { return fy_; }
+  float cx() const { return cx_; }
+  float cy() const { return cy_; }
+  const float* depth_m() const { return depth_m_.data(); }       // width x height, 0 = none
+  const std::int32_t* source() const { return source_.data(); }  // pixel index in the frame, -1 = outside
+  std::size_t bytes() const;
+  static std::size_t bytes_for(std::size_t max_pixels);
+
+ private:
+  void build(const hal::Intrinsics& intrinsics, const RayTable& rays);
+
+  hal::Intrinsics intrinsics_;
+  bool built_ = false;
+  int width_ = 0, height_ = 0;
+  float fx_ = 0, fy_ = 0, cx_ = 0, cy_ = 0;
+  std::vector<float> depth_m_;
+  std::vector<std::int32_t> source_;
+};
+
+}  // namespace onemap::mapping

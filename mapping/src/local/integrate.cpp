@@ -1,0 +1,172 @@
+// Fusion of a depth image into the truncated signed distance field (Curless and Levoy 1996), with integer sums.
+#include <array>
+#include <cmath>
+
+#include "mapping/local/voxel_map.hpp"
+
+namespace onemap::mapping {
+namespace {
+
+constexpr int kRayStride = 4;  // pixels; at 4 m and fx = 517 the rays are 3 cm apart, a fifth of a block of 2 cm voxels
+constexpr double kFarthestPose_m = 1e6;
+constexpr float kColorBand_voxels = 2;  // every corner of a cell that the surface crosses is nearer than this
+
+bool finite_and_near(const Pose& pose) {
+  for (int i = 0; i < 3; ++i) {
+    if (!(std::abs(pose.t[i]) <= kFarthestPose_m)) return false;
+    for (int j = 0; j < 3; ++j)
+      if (!(std::abs(pose.R(i, j)) <= 2)) return false;
+  }
+  return true;
+}
+
+std::int32_t floor_int(float x) {
+  const auto i = static_cast<std::int32_t>(x);
+  return i - (static_cast<float>(i) > x ? 1 : 0);
+}
+
+// The noise of structured light grows with the square of the depth, so information falls with its fourth power; the
+// square is the usual compromise that keeps far surfaces alive: 16 at 1 m, 4 at 2 m, 1 at 4 m.
+int observation_weight(float depth_m) {
+  const float w = 16.f / (depth_m * depth_m);
+  return w >= 16.f ? 16 : (w <= 1.f ? 1 : static_cast<int>(w));
+}
+
+// A row of voxels along x as the camera sees it.
+struct Row {
+  std::array<float, kBlockSide> z{};
+  std::array<std::int32_t, kBlockSide> pixel{};
+};
+
+}  // namespace
+
+struct VoxelMap::Camera {
+  Pose T_camera_map;
+  Vector3f step_x, step_y, step_z;  // one voxel along each axis of the map, in the camera frame
+  Vector3f origin_block;            // camera centre in the map, in blocks
+  Eigen::Matrix3f R_block_camera;   // directions from camera to map, metres to blocks
+};
+
+void VoxelMap::touch(const BlockKey& key) {
+  const std::int32_t block = index_or_add(key);
+  if (block < 0) return;
+  auto& last = touched_[static_cast<std::size_t>(block)];
+  if (last == counters_.integrated_frames) return;
+  last = counters_.integrated_frames;
+  seen_.push_back(block);
+}
+
+// All blocks that the segment passes (Amanatides and Woo 1987); units of blocks.
+void VoxelMap::touch_segment(const Vector3f& from, const Vector3f& to) {
+  std::array<std::int32_t, 3> at{}, direction{};
+  std::array<float, 3> next{}, delta{};
+  int steps = 0;
+  for (int i = 0; i < 3; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    at[k] = floor_int(from[i]);
+    const std::int32_t cells = floor_int(to[i]) - at[k];
+    steps += cells < 0 ? -cells : cells;
+    const float length = to[i] - from[i];
+    direction[k] = cells < 0 ? -1 : 1;
+    delta[k] = cells == 0 ? 0.f : static_cast<float>(direction[k]) / length;
+    const auto border = static_cast<float>(cells < 0 ? at[k] : at[k] + 1);
+    next[k] = cells == 0 ? 2.f : (border - from[i]) / length;
+  }
+  touch({at[0], at[1], at[2]});
+  for (; steps > 0; --steps) {
+    const std::size_t k = next[0] <= next[1] ? (next[0] <= next[2] ? 0 : 2) : (next[1] <= next[2] ? 1 : 2);
+    at[k] += direction[k];
+    next[k] += delta[k];
+    touch({at[0], at[1], at[2]});
+  }
+}
+
+// Step 1: the blocks that the truncation bands of the seen surface reach.
+void VoxelMap::touch_seen_blocks(const Camera& camera) {
+  seen_.clear();
+  const float inv_fx = 1 / view_.fx(), inv_fy = 1 / view_.fy();
+  for (int v = 1 + kRayStride / 2; v < view_.height() - 1; v += kRayStride) {
+    const float y = (static_cast<float>(v) + 0.5f - view_.cy()) * inv_fy;
+    const float* depth = view_.depth_m() + static_cast<std::ptrdiff_t>(v) * view_.width();
+    for (int u = 1 + kRayStride / 2; u < view_.width() - 1; u += kRayStride) {
+      if (depth[u] == 0) continue;
+      const Vector3f ray((static_cast<float>(u) + 0.5f - view_.cx()) * inv_fx, y, 1);
+      const Vector3f direction = camera.R_block_camera * ray;
+      touch_segment(camera.origin_block + direction * (depth[u] - config_.truncation_m),
+                    camera.origin_block + direction * (depth[u] + config_.truncation_m));
+    }
+  }
+}
+
+// Step 2: every voxel of a touched block gets the signed distance (along the optical axis) to the surface at its pixel.
+bool VoxelMap::fuse_block(const Camera& camera, std::size_t block, std::span<const std::uint8_t> rgb) {
+  const BlockKey key = keys_[block];
+  const double voxel_m = config_.voxel_m;
+  const Vector3d corner = Vector3d(key.x, key.y, key.z) * (kBlockSide * voxel_m);
+  const Vector3f first = (camera.T_camera_map * (corner + Vector3d::Constant(0.5 * voxel_m))).cast<float>();
+  const float right = static_cast<float>(view_.width() - 1), bottom = static_cast<float>(view_.height() - 1);
+  const float fx = view_.fx(), fy = view_.fy(), cx = view_.cx(), cy = view_.cy();
+  const float width = static_cast<float>(view_.width());
+  const float truncation = config_.truncation_m, to_units = static_cast<float>(kTsdfOne) / truncation;
+  const float color_band = kColorBand_voxels * config_.voxel_m;
+  const float* depth = view_.depth_m();
+  const float sx = camera.step_x[0], sy = camera.step_x[1], sz = camera.step_x[2];
+  Voxel* voxel = &voxels_[block * kBlockVoxels];
+  bool changed = false;
+  for (int z = 0; z < kBlockSide; ++z) {
+    for (int y = 0; y < kBlockSide; ++y, voxel += kBlockSide) {
+      const Vector3f p = first + camera.step_y * static_cast<float>(y) + camera.step_z * static_cast<float>(z);
+      const float px = p[0], py = p[1], pz = p[2];
+      Row row;
+      for (std::size_t i = 0; i < kBlockSide; ++i) {
+        const auto n = static_cast<float>(static_cast<int>(i));
+        const float Z = pz + n * sz;
+        const float inv = 1.f / (Z > 1e-3f ? Z : 1e-3f);  // behind the camera: no depth will agree with its Z
+        float u = (px + n * sx) * inv * fx + cx;
+        float v = (py + n * sy) * inv * fy + cy;
+        u = u > 0.f ? u : 0.f;
+        v = v > 0.f ? v : 0.f;
+        u = u < right ? u : right;
+        v = v < bottom ? v : bottom;
+        const auto iu = static_cast<float>(static_cast<std::int32_t>(u)),
+                   iv = static_cast<float>(static_cast<std::int32_t>(v));
+        row.z[i] = Z;
+        row.pixel[i] = static_cast<std::int32_t>(iv * width + iu);  // below 2^24: exact
+      }
+      for (std::size_t i = 0; i < kBlockSide; ++i) {
+        const float d = depth[row.pixel[i]];
+        const float sdf = d - row.z[i];
+        if (!(d > 0.f && sdf <= truncation && sdf >= -truncation)) continue;
+        const int tsdf = static_cast<int>(sdf * to_units + (static_cast<float>(kTsdfOne) + 0.5f)) - kTsdfOne;
+        voxel[i].add_tsdf(tsdf, observation_weight(d));
+        changed = true;
+        if (sdf > color_band || sdf < -color_band || rgb.empty()) continue;
+        const auto* color = &rgb[3 * static_cast<std::size_t>(view_.source()[row.pixel[i]])];
+        voxel[i].add_color(color[0], color[1], color[2]);
+      }
+    }
+  }
+  return changed;
+}
+
+void VoxelMap::integrate(const hal::FrameView& frame, const RayTable& rays, const Pose& T_map_camera) {
+  if (!finite_and_near(T_map_camera)) {
+    ++counters_.frames_refused;
+    return;
+  }
+  ++counters_.integrated_frames;
+  view_.load(frame, rays, config_.max_depth_m);
+  Camera camera;
+  camera.T_camera_map = T_map_camera.inverse();
+  const double voxel_m = config_.voxel_m, block_m = kBlockSide * voxel_m;
+  camera.step_x = (camera.T_camera_map.R.col(0) * voxel_m).cast<float>();
+  camera.step_y = (camera.T_camera_map.R.col(1) * voxel_m).cast<float>();
+  camera.step_z = (camera.T_camera_map.R.col(2) * voxel_m).cast<float>();
+  camera.origin_block = (T_map_camera.t / block_m).cast<float>();
+  camera.R_block_camera = (T_map_camera.R / block_m).cast<float>();
+  touch_seen_blocks(camera);
+  for (const std::int32_t block : seen_)
+    if (fuse_block(camera, static_cast<std::size_t>(block), frame.rgb)) changed_[static_cast<std::size_t>(block)] = 1;
+}
+
+}  // namespace onemap::mapping

@@ -1,0 +1,100 @@
+#include "mapping/local/pinhole_view.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace onemap::mapping {
+namespace {
+
+bool same(const hal::Intrinsics& a, const hal::Intrinsics& b) {
+  const auto values = [](const hal::Intrinsics& k) {
+    return std::array{k.fx, k.fy, k.cx, k.cy, k.k1, k.k2, k.p1, k.p2, k.k3};
+  };
+  return a.width == b.width && a.height == b.height && values(a) == values(b);
+}
+
+struct Extent {
+  double x0 = 1e9, x1 = -1e9, y0 = 1e9, y1 = -1e9;
+  void add(const float* ray) {
+    x0 = std::min<double>(x0, ray[0]);
+    x1 = std::max<double>(x1, ray[0]);
+    y0 = std::min<double>(y0, ray[1]);
+    y1 = std::max<double>(y1, ray[1]);
+  }
+};
+
+// The field of view: the rays of the image's border.
+Extent field_of_view(const RayTable& rays) {
+  Extent out;
+  for (int u = 0; u < rays.width(); ++u) {
+    out.add(rays.row(0) + 2 * u);
+    out.add(rays.row(rays.height() - 1) + 2 * u);
+  }
+  for (int v = 0; v < rays.height(); ++v) {
+    out.add(rays.row(v));
+    out.add(rays.row(v) + 2 * (rays.width() - 1));
+  }
+  return out;
+}
+
+// Index of the pixel nearest to where the lens images the ray (x, y, 1), -1 outside (OpenCV's model).
+std::int32_t pixel_of(const hal::Intrinsics& k, double x, double y) {
+  const double r2 = x * x + y * y;
+  const double radial = 1 + r2 * (k.k1 + r2 * (k.k2 + r2 * k.k3));
+  const double u = k.fx * (x * radial + 2 * k.p1 * x * y + k.p2 * (r2 + 2 * x * x)) + k.cx + 0.5;
+  const double v = k.fy * (y * radial + k.p1 * (r2 + 2 * y * y) + 2 * k.p2 * x * y) + k.cy + 0.5;
+  if (!(u >= 0 && v >= 0 && u < k.width && v < k.height)) return -1;
+  return static_cast<std::int32_t>(v) * k.width + static_cast<std::int32_t>(u);
+}
+
+// A border of one pixel on each side of an image of max_pixels, for every usual shape.
+std::size_t padded(std::size_t max_pixels) { return max_pixels == 0 ? 0 : max_pixels + max_pixels / 64 + 4096; }
+
+}  // namespace
+
+PinholeView::PinholeView(std::size_t max_pixels) {
+  depth_m_.reserve(padded(max_pixels));
+  source_.reserve(padded(max_pixels));
+}
+
+std::size_t PinholeView::bytes_for(std::size_t max_pixels) {
+  return padded(max_pixels) * (sizeof(float) + sizeof(std::int32_t));
+}
+
+std::size_t PinholeView::bytes() const {
+  return depth_m_.capacity() * sizeof(float) + source_.capacity() * sizeof(std::int32_t);
+}
+
+void PinholeView::build(const hal::Intrinsics& intrinsics, const RayTable& rays) {
+  intrinsics_ = intrinsics;
+  built_ = true;
+  width_ = intrinsics.width + 2;
+  height_ = intrinsics.height + 2;
+  const auto size = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
+  depth_m_.assign(size, 0.f);
+  source_.assign(size, -1);
+  const Extent view = field_of_view(rays);
+  const double fx = (intrinsics.width - 1) / (view.x1 - view.x0), fy = (intrinsics.height - 1) / (view.y1 - view.y0);
+  fx_ = static_cast<float>(fx);
+  fy_ = static_cast<float>(fy);
+  cx_ = static_cast<float>(1.5 - view.x0 * fx);
+  cy_ = static_cast<float>(1.5 - view.y0 * fy);
+  for (int v = 1; v + 1 < height_; ++v)
+    for (int u = 1; u + 1 < width_; ++u)
+      source_[static_cast<std::size_t>(v * width_ + u)] =
+          pixel_of(intrinsics, view.x0 + (u - 1) / fx, view.y0 + (v - 1) / fy);
+}
+
+void PinholeView::load(const hal::FrameView& frame, const RayTable& rays, float max_depth_m) {
+  if (!built_ || !same(*frame.intrinsics, intrinsics_)) build(*frame.intrinsics, rays);
+  const float metres = static_cast<float>(1.0 / frame.intrinsics->depth_scale);
+  const float farthest = std::min(max_depth_m, kMaxDepth_m);
+  for (std::size_t i = 0, n = depth_m_.size(); i < n; ++i) {
+    const std::int32_t from = source_[i];
+    const float z = from < 0 ? 0.f : metres * static_cast<float>(frame.depth[static_cast<std::size_t>(from)]);
+    depth_m_[i] = z >= kMinDepth_m && z <= farthest ? z : 0.f;
+  }
+}
+
+}  // namespace onemap::mapping

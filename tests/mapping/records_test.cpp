@@ -1,0 +1,266 @@
+#include "mapping/team/records.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/random.hpp"
+
+namespace onemap::mapping {
+namespace {
+
+using test::Random;
+using Bytes = std::vector<std::uint8_t>;
+
+QuantizedPose random_pose(Random& random) {
+  Vector6d motion;
+  for (int i = 0; i < 6; ++i) motion[i] = random.uniform(-2, 2);
+  return quantize(small_motion(motion));
+}
+
+HelloRecord random_hello(Random& random) {
+  return {"robot" + std::to_string(random.integer(1, 99)),
+          std::string(static_cast<std::size_t>(random.integer(0, 200)), 'c')};
+}
+
+KeyframeRecord random_keyframe(Random& random) {
+  KeyframeRecord out;
+  out.index = static_cast<std::uint32_t>(random.next());
+  out.time = frame_time_from_ns(static_cast<std::int64_t>(random.next() >> 2));
+  out.T_robot_keyframe = random_pose(random);
+  const bool orb = random.integer(0, 1) == 1;
+  out.descriptor_kind = orb ? DescriptorKind::orb : DescriptorKind::surf;
+  out.features.resize(static_cast<std::size_t>(random.integer(0, 20)));
+  for (auto& f : out.features) {
+    f.point = {static_cast<std::int16_t>(random.integer(-32768, 32767)),
+               static_cast<std::int16_t>(random.integer(-32768, 32767)),
+               static_cast<std::int16_t>(random.integer(1, 32767))};
+    f.laplacian = static_cast<std::int8_t>(orb ? 0 : random.integer(-1, 1));
+    for (std::size_t i = 0; i < (orb ? 32u : 64u); ++i)
+      f.descriptor.v[i] = static_cast<std::int8_t>(random.integer(-128, 127));
+  }
+  if (random.integer(0, 3) > 0) {
+    out.grid.width = static_cast<std::uint16_t>(random.integer(1, 12));
+    out.grid.height = static_cast<std::uint16_t>(random.integer(1, 9));
+    out.grid.fx_fy_cx_cy = {1 << 17, 1 << 17, -5, 7};
+    for (int i = 0; i < out.grid.width * out.grid.height; ++i)
+      out.grid.depth.push_back(static_cast<std::uint16_t>(random.next()));
+  }
+  return out;
+}
+
+TrajectoryRecord random_trajectory(Random& random) {
+  TrajectoryRecord out;
+  std::int64_t ns = 0;
+  for (auto n = random.integer(0, 20); n > 0; --n)
+    out.poses.push_back({frame_time_from_ns(ns += random.integer(1, 1 << 30)), random_pose(random)});
+  return out;
+}
+
+SubmapRecord random_submap(Random& random) {
+  SubmapRecord out{static_cast<std::uint32_t>(random.next()), 20000, 60000, {}};
+  std::int32_t x = -7;
+  for (auto n = random.integer(0, 5); n > 0; --n) {
+    SubmapBlock block;
+    block.key = {x += static_cast<std::int32_t>(random.integer(1, 3)), static_cast<std::int32_t>(random.integer(-9, 9)),
+                 4};
+    for (auto& voxel : block.voxels) {
+      if (random.integer(0, 2) == 0) continue;
+      voxel.tsdf = static_cast<std::int16_t>(random.integer(-kTsdfOne, kTsdfOne));
+      voxel.weight = static_cast<std::uint8_t>(random.integer(1, 255));
+      if (random.integer(0, 1) == 0) continue;
+      voxel.rgb = {static_cast<std::uint8_t>(random.integer(0, 255)), static_cast<std::uint8_t>(random.integer(0, 255)),
+                   1};
+    }
+    out.blocks.push_back(block);
+  }
+  return out;
+}
+
+LinkRecord random_link(Random& random) {
+  LinkRecord out;
+  out.a = RobotId::from_name("robot1");
+  out.b = RobotId::from_name("robot" + std::to_string(random.integer(2, 9)));
+  out.reason = static_cast<LinkReason>(random.integer(0, 6));
+  out.inliers = static_cast<std::uint32_t>(random.next());
+  out.ratio_e4 = static_cast<std::uint32_t>(random.integer(0, 10000));
+  out.error_um = static_cast<std::int32_t>(random.integer(0, 1 << 30));
+  out.T_a_b = random_pose(random);
+  return out;
+}
+
+SolutionRecord random_solution(Random& random) {
+  SolutionRecord out;
+  const auto n = random.integer(1, 9);
+  for (int i = 1; i <= n; ++i)
+    out.robots.push_back({RobotId::from_name("robot" + std::to_string(i)), random_pose(random)});
+  out.reference = out.robots[static_cast<std::size_t>(random.integer(0, n - 1))].robot;
+  out.links_used = static_cast<std::uint32_t>(random.next());
+  return out;
+}
+
+FinishedRecord random_finished(Random& random) {
+  const auto frames = static_cast<std::uint32_t>(random.integer(0, 1 << 20));
+  return {frames, frames / 2, 7, static_cast<std::uint32_t>(random.next())};
+}
+
+// A kind's codec, for the tests that every kind must pass.
+struct Codec {
+  const char* kind;
+  Bytes (*sample)(Random&);
+  // The body encoded again, or nothing when it was refused; reason gets the error's text.
+  std::optional<Bytes> (*again)(std::span<const std::uint8_t>, std::string& reason);
+};
+
+template <auto kMake>
+Bytes sample(Random& random) {
+  return encode(kMake(random));
+}
+template <auto kDecode>
+std::optional<Bytes> again(std::span<const std::uint8_t> body, std::string& reason) {
+  const auto record = kDecode(body);
+  if (record.ok()) return encode(*record);
+  reason = record.error().text();
+  return std::nullopt;
+}
+
+const Codec kCodecs[] = {
+    {"hello", sample<random_hello>, again<decode_hello>},
+    {"keyframe", sample<random_keyframe>, again<decode_keyframe>},
+    {"trajectory", sample<random_trajectory>, again<decode_trajectory>},
+    {"submap", sample<random_submap>, again<decode_submap>},
+    {"link", sample<random_link>, again<decode_link>},
+    {"solution", sample<random_solution>, again<decode_solution>},
+    {"finished", sample<random_finished>, again<decode_finished>},
+};
+
+class RecordCodec : public testing::TestWithParam<Codec> {};
+INSTANTIATE_TEST_SUITE_P(All, RecordCodec, testing::ValuesIn(kCodecs),
+                         [](const auto& codec) { return codec.param.kind; });
+
+TEST_P(RecordCodec, EncodesWhatItDecoded) {
+  Random random(11);
+  std::string reason;
+  for (int i = 0; i < 100; ++i) {
+    const Bytes body = GetParam().sample(random);
+    EXPECT_EQ(GetParam().again(body, reason), body) << reason;
+  }
+}
+
+TEST_P(RecordCodec, RefusesEveryTruncationAndWhatFollows) {
+  Random random(12);
+  std::string reason;
+  Bytes body = GetParam().sample(random);
+  for (std::size_t size = 0; size < body.size(); ++size) {
+    EXPECT_FALSE(GetParam().again(std::span(body).first(size), reason)) << size;
+    EXPECT_THAT(reason, testing::StartsWith(std::string(GetParam().kind) + " record, "));
+  }
+  body.push_back(0);
+  EXPECT_FALSE(GetParam().again(body, reason));
+}
+
+// Random damage is refused or gives a record whose encoding is stable and (but for zstd's freedom) the very bytes.
+TEST_P(RecordCodec, NeverAcceptsWhatIsNotCanonical) {
+  Random random(13);
+  std::string reason;
+  const bool compressed = std::string_view(GetParam().kind) == "submap";
+  for (int i = 0; i < 4000; ++i) {
+    Bytes body = GetParam().sample(random);
+    for (auto flips = random.integer(1, 4); flips > 0; --flips)
+      body[static_cast<std::size_t>(random.next() % body.size())] ^=
+          static_cast<std::uint8_t>(1u << random.integer(0, 7));
+    const auto out = GetParam().again(body, reason);
+    if (!out) continue;
+    if (!compressed) {
+      EXPECT_EQ(*out, body);
+    }
+    EXPECT_EQ(GetParam().again(*out, reason), *out);
+  }
+}
+
+TEST_P(RecordCodec, RefusesNoise) {
+  Random random(14);
+  std::string reason;
+  for (int i = 0; i < 2000; ++i) {
+    Bytes body(static_cast<std::size_t>(random.integer(0, 300)));
+    for (auto& byte : body) byte = static_cast<std::uint8_t>(random.next());
+    const auto out = GetParam().again(body, reason);
+    if (out) {
+      EXPECT_EQ(*out, body);
+    }
+  }
+}
+
+TEST(Records, DecodeGivesEveryFieldBack) {
+  Random random(5);
+  const KeyframeRecord keyframe = random_keyframe(random);
+  const auto k = decode_keyframe(encode(keyframe));
+  ASSERT_TRUE(k.ok());
+  EXPECT_EQ(k->index, keyframe.index);
+  EXPECT_EQ(k->time, keyframe.time);
+  EXPECT_EQ(k->T_robot_keyframe, keyframe.T_robot_keyframe);
+  ASSERT_EQ(k->features.size(), keyframe.features.size());
+  for (std::size_t i = 0; i < k->features.size(); ++i) {
+    EXPECT_EQ(k->features[i].point, keyframe.features[i].point);
+    EXPECT_EQ(k->features[i].descriptor, keyframe.features[i].descriptor);
+  }
+  EXPECT_EQ(k->grid.depth, keyframe.grid.depth);
+
+  SubmapRecord submap;
+  while (submap.blocks.size() < 3) submap = random_submap(random);
+  const auto s = decode_submap(encode(submap));
+  ASSERT_TRUE(s.ok()) << s.error().text();
+  EXPECT_EQ(s->anchor_keyframe, submap.anchor_keyframe);
+  ASSERT_EQ(s->blocks.size(), submap.blocks.size());
+  for (std::size_t b = 0; b < s->blocks.size(); ++b) {
+    EXPECT_EQ(s->blocks[b].key, submap.blocks[b].key);
+    for (std::size_t i = 0; i < kBlockVoxels; ++i) {
+      const SubmapVoxel &got = s->blocks[b].voxels[i], &put = submap.blocks[b].voxels[i];
+      EXPECT_EQ(got.tsdf, put.tsdf);
+      EXPECT_EQ(got.weight, put.weight);
+      EXPECT_EQ(got.rgb, put.rgb);
+    }
+  }
+}
+
+template <class T>
+void expect_refused(const Result<T>& result, const char* field) {
+  ASSERT_FALSE(result.ok());
+  EXPECT_THAT(result.error().text(), testing::HasSubstr(field));
+}
+
+TEST(Records, NamesTheFieldThatBreaksABound) {
+  Random random(6);
+  expect_refused(decode_hello(encode(HelloRecord{"a b", ""})), "name");
+  expect_refused(decode_hello(encode(HelloRecord{"a", "x\x1b[31m"})), "camera");
+  LinkRecord link = random_link(random);
+  std::swap(link.a, link.b);
+  expect_refused(decode_link(encode(link)), "record, b");
+  link = random_link(random);
+  link.T_a_b.q_wxyz = {1 << 30, 1 << 30, 0, 0};
+  expect_refused(decode_link(encode(link)), "T_a_b");
+  TrajectoryRecord trajectory;
+  trajectory.poses.resize(2);
+  expect_refused(decode_trajectory(encode(trajectory)), "poses.time");
+  trajectory.poses.resize(4097);
+  for (std::size_t i = 0; i < trajectory.poses.size(); ++i)
+    trajectory.poses[i].time = frame_time_from_ns(static_cast<std::int64_t>(i));
+  expect_refused(decode_trajectory(encode(trajectory)), "poses");
+  SolutionRecord solution = random_solution(random);
+  solution.reference = RobotId::from_name("stranger");
+  expect_refused(decode_solution(encode(solution)), "reference");
+  SubmapRecord submap;
+  while (submap.blocks.size() < 2) submap = random_submap(random);
+  std::swap(submap.blocks[0], submap.blocks[1]);
+  expect_refused(decode_submap(encode(submap)), "blocks.key");
+  submap.blocks[0].key = submap.blocks[1].key;
+  expect_refused(decode_submap(encode(submap)), "blocks.key");
+  submap.blocks.resize(1);
+  submap.blocks[0].voxels[9] = {kTsdfOne + 1, 1, {}};
+  expect_refused(decode_submap(encode(submap)), "blocks.tsdf");
+  submap.blocks.clear();
+  submap.truncation_um = 1;
+  expect_refused(decode_submap(encode(submap)), "truncation_um");
+}
+
+}  // namespace
+}  // namespace onemap::mapping
