@@ -21,7 +21,9 @@ Result<CameraAddress> parse_camera_address(std::string_view text) {
     const std::size_t equals = pair.find('=');
     if (equals == std::string_view::npos || equals == 0)
       return Error{"camera address '" + address.text + "'", "option '" + std::string(pair) + "' is not key=value"};
-    address.options[std::string(pair.substr(0, equals))] = pair.substr(equals + 1);
+    const bool is_new = address.options.emplace(pair.substr(0, equals), pair.substr(equals + 1)).second;
+    if (!is_new)
+      return Error{"camera address '" + address.text + "'", "option '" + std::string(pair) + "' is given twice"};
   }
   return address;
 }

@@ -6,7 +6,9 @@
 namespace onemap::hal {
 
 namespace {
-std::size_t pixels(const Intrinsics& k) { return static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height); }
+std::size_t pixels(const Intrinsics& k) {
+  return static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height);
+}
 }  // namespace
 
 Frame::Frame(Frame&& other) noexcept
@@ -48,6 +50,8 @@ FramePool::FramePool(const Intrinsics& intrinsics, std::size_t frames)
   free_.reserve(frames);
   for (std::size_t slot = frames; slot > 0; --slot) free_.push_back(slot - 1);
 }
+
+FramePool::~FramePool() { assert(free_.size() == slots_ && "a frame outlives its pool"); }
 
 Frame FramePool::acquire() {
   std::unique_lock lock(mutex_);

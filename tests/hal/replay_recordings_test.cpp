@@ -3,9 +3,11 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 
 #include "hal/backends/replay.hpp"
+#include "hal/backends/replay/lists.hpp"
 #include "hal/frame_pool.hpp"
 
 namespace onemap::hal {
@@ -28,15 +30,25 @@ class ReplayRecordings : public testing::TestWithParam<const char*> {
 };
 
 TEST_P(ReplayRecordings, PairsAsTheirAssociationsSay) {
+  const auto read = [&](const std::string& name) {
+    std::ifstream file(folder() + "/" + name);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const replay::ImageList color = replay::parse_image_list(read("rgb.txt"), "rgb.txt");
+  const replay::ImageList depth = replay::parse_image_list(read("depth.txt"), "depth.txt");
+  const replay::PairList expected = replay::parse_associations(read("associations.txt"), "associations.txt");
+  ASSERT_TRUE(color.problems.empty() && depth.problems.empty() && expected.problems.empty());
+  const std::vector<replay::ListedPair> pairs = replay::associate(color.images, depth.images, 20ms);
+  ASSERT_EQ(pairs.size(), expected.pairs.size());
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    EXPECT_EQ(pairs[i].color.path, expected.pairs[i].color.path);
+    EXPECT_EQ(pairs[i].color.time, expected.pairs[i].color.time);
+    EXPECT_EQ(pairs[i].depth.path, expected.pairs[i].depth.path);
+    EXPECT_EQ(pairs[i].depth.time, expected.pairs[i].depth.time);
+  }
   auto camera = open("");
   ASSERT_TRUE(camera);
-  std::ifstream list(folder() + "/associations.txt");
-  FramePool pool(camera->intrinsics(), 1);
-  Frame frame = pool.acquire();
-  std::string color_time, color, depth_time, depth;
-  std::uint64_t count = 0;
-  while (list >> color_time >> color >> depth_time >> depth) ++count;
-  EXPECT_EQ(camera->frames_expected(), count);
+  EXPECT_EQ(camera->frames_expected(), expected.pairs.size());
   EXPECT_EQ(camera->counters().unmatched, 0u);
 }
 

@@ -17,9 +17,9 @@ enum class Grab {
 };
 
 struct CameraCounters {
-  std::uint64_t frames = 0;      // delivered
-  std::uint64_t bad = 0;         // unreadable, see last_error()
-  std::uint64_t unmatched = 0;   // colour or depth images without a partner in time
+  std::uint64_t frames = 0;     // delivered
+  std::uint64_t bad = 0;        // unreadable, see last_error()
+  std::uint64_t unmatched = 0;  // colour or depth images without a partner in time
 };
 
 // An RGB-D camera: registered colour and depth, oldest first, with the colour image's time, strictly increasing.

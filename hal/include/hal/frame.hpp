@@ -9,10 +9,10 @@ namespace onemap::hal {
 // Pinhole intrinsics of the colour image, with OpenCV's five distortion coefficients (k1 k2 p1 p2 k3); depth is
 // registered to colour, pixel for pixel. Pixel centres are at integer coordinates.
 struct Intrinsics {
-  int width = 640, height = 480;                        // pixels
-  double fx = 525, fy = 525, cx = 319.5, cy = 239.5;    // pixels
-  double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;        // dimensionless
-  double depth_scale = 5000;                            // depth value / depth_scale = metres along the optical axis
+  int width = 640, height = 480;                      // pixels
+  double fx = 525, fy = 525, cx = 319.5, cy = 239.5;  // pixels
+  double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;      // dimensionless
+  double depth_scale = 5000;                          // depth value / depth_scale = metres along the optical axis
 };
 
 // A view of one RGB-D frame; the memory belongs to a FramePool slot. rgb: height x width x 3 bytes, row by row; depth:

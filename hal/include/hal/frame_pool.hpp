@@ -42,6 +42,7 @@ class FramePool {
   FramePool(const Intrinsics& intrinsics, std::size_t frames);
   FramePool(const FramePool&) = delete;
   FramePool& operator=(const FramePool&) = delete;
+  ~FramePool();
 
   Frame acquire();      // waits until a slot is free
   Frame try_acquire();  // an empty Frame when none is free

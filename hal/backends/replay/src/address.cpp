@@ -8,6 +8,8 @@ namespace onemap::hal::replay {
 
 namespace {
 
+constexpr Duration kMaxMaxDt = std::chrono::seconds(1);
+
 // DIR or DIR:FROM:TO; read from the end, since a folder's name may hold colons.
 void split(const std::string& path, ReplayAddress& into) {
   into.folder = path;
@@ -28,6 +30,7 @@ Status set_option(const std::string& key, const std::string& value, ReplayAddres
     const Result<FrameTime> seconds = parse_time(value);
     if (!seconds) return Error{"", "max_dt: " + seconds.error().reason};
     into.max_dt = seconds->time_since_epoch();
+    if (into.max_dt > kMaxMaxDt) return Error{"", "max_dt is more than a second"};
     return success();
   }
   if (key == "layout") {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
 #include "text.hpp"
 
@@ -77,10 +78,12 @@ PairList parse_associations(std::string_view text, const std::string& name) {
   for_each_line(text, [&](int number, const std::vector<std::string_view>& words) {
     const std::string place = fmt::format("{}:{}", name, number);
     if (words.size() != 4) return list.problems.push_back(wrong_count(place, words.size(), "4 (time path time path)"));
-    const Result<FrameTime> color = parse_time(words[0]), depth = parse_time(words[2]);
-    if (!color) return list.problems.push_back({place, color.error().reason});
-    if (!depth) return list.problems.push_back({place, depth.error().reason});
-    list.pairs.push_back({{*color, std::string(words[1]), number}, {*depth, std::string(words[3]), number}});
+    const Result<FrameTime> first = parse_time(words[0]), second = parse_time(words[2]);
+    if (!first) return list.problems.push_back({place, first.error().reason});
+    if (!second) return list.problems.push_back({place, second.error().reason});
+    list.pairs.push_back({{*first, std::string(words[1]), number}, {*second, std::string(words[3]), number}});
+    if (words[1].starts_with("depth/") && !words[3].starts_with("depth/"))
+      std::swap(list.pairs.back().color, list.pairs.back().depth);
   });
   order(list.pairs, list.problems, name);
   return list;

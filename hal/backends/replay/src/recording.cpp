@@ -1,5 +1,6 @@
 #include "recording.hpp"
 
+#include <algorithm>
 #include <iterator>
 #include <map>
 #include <utility>
@@ -35,8 +36,10 @@ void add_numbered(const std::string& name, NumberedImages& images) {
   const auto frame = parse_count(rest.substr(0, rest.find('.')));
   if (!frame || *frame > 1'000'000'000) return;
   const std::string_view kind = rest.substr(rest.find('.') + 1);
-  if (kind == "color.png" || kind == "color.jpg") images.color.emplace(*frame, name);
-  if (kind == "depth.png") images.depth.emplace(*frame, name);
+  // Folders are listed in any order; of two files for one frame the last by name is taken (.png before .jpg).
+  const auto keep = [&, number = *frame](auto& kept) { kept[number] = std::max(kept[number], name); };
+  if (kind == "color.png" || kind == "color.jpg") keep(images.color);
+  if (kind == "depth.png") keep(images.depth);
 }
 
 Result<NumberedImages> list_numbered(const fs::path& folder) {
@@ -71,6 +74,7 @@ Status read_associations(Recording& recording) {
   const fs::path path = recording.folder / "associations.txt";
   const Result<std::string> text = read_text(path);
   if (!text) return text.error();
+  recording.color_list = recording.depth_list = "associations.txt";
   PairList list = parse_associations(*text, path.string());
   recording.pairs = std::move(list.pairs);
   recording.problems = std::move(list.problems);
@@ -78,9 +82,11 @@ Status read_associations(Recording& recording) {
 }
 
 Status read_lists(Recording& recording, Duration max_dt) {
+  recording.color_list = "rgb.txt";
+  recording.depth_list = "depth.txt";
   std::vector<ListedImage> images[2];
   for (int i = 0; i < 2; ++i) {
-    const fs::path path = recording.folder / (i == 0 ? "rgb.txt" : "depth.txt");
+    const fs::path path = recording.folder / (i == 0 ? recording.color_list : recording.depth_list);
     const Result<std::string> text = read_text(path);
     if (!text) return text.error();
     ImageList list = parse_image_list(*text, path.string());

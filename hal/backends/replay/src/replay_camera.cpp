@@ -1,6 +1,7 @@
 #include "replay_camera.hpp"
 
-#include <cassert>
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "file.hpp"
@@ -40,33 +41,33 @@ Status ReplayCamera::find_size() {
 }
 
 Status ReplayCamera::size_of(const ListedPair& pair, ImageSize& size) {
-  if (const Status status = load(pair.color, "colour"); !status) return status.error();
+  if (const Status status = load(pair.color, recording_.color_list); !status) return status.error();
   const Result<ImageSize> found = image_size(file_);
-  if (!found) return at_file(pair.color, "colour", found.error().reason);
+  if (!found) return at_file(pair.color, recording_.color_list, found.error().reason);
   size = *found;
   return success();
 }
 
-Error ReplayCamera::at_file(const ListedImage& image, const char* kind, const std::string& reason) const {
-  std::string where = std::string(" (") + kind + " image";
-  if (image.line > 0) where += " of line " + std::to_string(image.line);
-  return {(recording_.folder / image.path).string(), reason + where + ")"};
+Error ReplayCamera::at_file(const ListedImage& image, const std::string& list, const std::string& reason) const {
+  Error error{(recording_.folder / image.path).string(), reason};
+  if (!list.empty()) error.reason += fmt::format(" (named in {}:{})", list, image.line);
+  return error;
 }
 
-Status ReplayCamera::load(const ListedImage& image, const char* kind) {
+Status ReplayCamera::load(const ListedImage& image, const std::string& list) {
   const Status status = read_file(recording_.folder / image.path, file_);
-  if (!status) return at_file(image, kind, status.error().reason);
+  if (!status) return at_file(image, list, status.error().reason);
   return success();
 }
 
 Status ReplayCamera::read_pair(const ListedPair& pair, ImageSize size, std::span<std::uint8_t> rgb,
                                std::span<std::uint16_t> depth) {
-  if (const Status status = load(pair.color, "colour"); !status) return status.error();
+  if (const Status status = load(pair.color, recording_.color_list); !status) return status.error();
   if (const Status status = decode_color(file_, size, rgb); !status)
-    return at_file(pair.color, "colour", status.error().reason);
-  if (const Status status = load(pair.depth, "depth"); !status) return status.error();
+    return at_file(pair.color, recording_.color_list, status.error().reason);
+  if (const Status status = load(pair.depth, recording_.depth_list); !status) return status.error();
   if (const Status status = decode_depth(file_, size, depth); !status)
-    return at_file(pair.depth, "depth", status.error().reason);
+    return at_file(pair.depth, recording_.depth_list, status.error().reason);
   if (recording_.max_depth_is_none)
     for (std::uint16_t& value : depth) value = value == 65535 ? std::uint16_t{0} : value;
   return success();
@@ -94,11 +95,10 @@ Grab ReplayCamera::grab(Frame& into, std::chrono::milliseconds) {
 }
 
 std::string ReplayCamera::description() const {
-  const auto text = [](auto value) { return std::to_string(value); };
-  return "replay of " + recording_.folder.string() + (recording_.layout == Layout::tum ? " (TUM" : " (7-Scenes") +
-         " layout), " + text(recording_.intrinsics.width) + "x" + text(recording_.intrinsics.height) + ", frames " +
-         text(recording_.from) + " to " + text(recording_.to) + " of " + text(recording_.pairs.size()) +
-         ", calibration: " + recording_.calibration_source;
+  const Intrinsics& k = recording_.intrinsics;
+  return fmt::format("replay of {} ({} layout), {}x{}, frames {} to {} of {}, calibration: {}",
+                     recording_.folder.string(), recording_.layout == Layout::tum ? "TUM" : "7-Scenes", k.width,
+                     k.height, recording_.from, recording_.to, recording_.pairs.size(), recording_.calibration_source);
 }
 
 }  // namespace onemap::hal::replay

@@ -27,8 +27,8 @@ class ReplayCamera final : public DepthCamera {
   Status find_size();
   Status size_of(const ListedPair& pair, ImageSize& size);
   Status read_pair(const ListedPair& pair, ImageSize size, std::span<std::uint8_t> rgb, std::span<std::uint16_t> depth);
-  Status load(const ListedImage& image, const char* list);
-  Error at_file(const ListedImage& image, const char* list, const std::string& reason) const;
+  Status load(const ListedImage& image, const std::string& list);
+  Error at_file(const ListedImage& image, const std::string& list, const std::string& reason) const;
 
   Recording recording_;
   std::size_t next_;  // the pair that grab() reads next

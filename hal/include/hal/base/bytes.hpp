@@ -37,7 +37,8 @@ class ByteReader {
     if (remaining() < sizeof(T)) return fail<T>();
     std::make_unsigned_t<T> bits = 0;
     for (std::size_t i = 0; i < sizeof(T); ++i)
-      bits = static_cast<std::make_unsigned_t<T>>(bits | (static_cast<std::make_unsigned_t<T>>(data_[at_ + i]) << (8 * i)));
+      bits = static_cast<std::make_unsigned_t<T>>(bits |
+                                                  (static_cast<std::make_unsigned_t<T>>(data_[at_ + i]) << (8 * i)));
     at_ += sizeof(T);
     return static_cast<T>(bits);
   }

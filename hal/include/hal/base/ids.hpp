@@ -24,7 +24,8 @@ struct RobotId {
   }
   static RobotId from_name(std::string_view name) {
     RobotId id;
-    for (std::size_t i = 0; i < name.size() && i < id.bytes.size(); ++i) id.bytes[i] = static_cast<std::uint8_t>(name[i]);
+    for (std::size_t i = 0; i < name.size() && i < id.bytes.size(); ++i)
+      id.bytes[i] = static_cast<std::uint8_t>(name[i]);
     return id;
   }
   std::string name() const {

@@ -6,7 +6,8 @@ namespace onemap {
 
 using Duration = std::chrono::nanoseconds;
 
-// The clock of the recording: nanoseconds since the Unix epoch as the camera stamped them. It is data and is never "now".
+// The clock of the recording: nanoseconds since the Unix epoch as the camera stamped them. It is data and is never
+// "now".
 struct FrameClock {
   using duration = Duration;
   using rep = duration::rep;

@@ -6,8 +6,15 @@
 namespace onemap::hal {
 
 // `replay:DIR` or `replay:DIR:FROM:TO` (frames FROM up to, not including, TO, counted after association).
-// Plays a recorded sequence: the TUM RGB-D layout or the 7-Scenes layout, every frame, as fast as it is asked.
-// Options: fx fy cx cy k1 k2 p1 p2 k3 depth_scale (over calibration.txt), max_dt (seconds between colour and depth).
+// Plays a recorded sequence, every frame, as fast as it is asked:
+// * TUM RGB-D layout: rgb.txt + depth.txt, paired by time, else associations.txt as it stands. PNG or JPEG colour,
+//   16-bit PNG depth, depth_scale 5000 unless given.
+// * 7-Scenes layout: frame-NNNNNN.color.png + frame-NNNNNN.depth.png at 30 Hz; depth 65535 is no reading; without a
+//   calibration the data set's own (fx fy 585, cx 320, cy 240, depth_scale 1000).
+// Calibration: DIR/calibration.txt, one `key value` a line, and options over it: fx fy cx cy k1 k2 p1 p2 k3
+// depth_scale. Further options: max_dt (seconds between colour and depth, 0.02), layout (tum or 7scenes; found out by
+// itself). Unusable lines of the lists are delivered first, each as one Grab::bad with file:line; then the frames, with
+// Grab::bad for each that cannot be read. All images have the size of the first good frame.
 Result<std::unique_ptr<DepthCamera>> open_replay(const CameraAddress& address);
 
 }  // namespace onemap::hal

@@ -35,7 +35,8 @@ struct PairList {
 // Decimal seconds such as 1305031102.175304, exactly, to the nanosecond (further digits are cut). No sign, no exponent.
 Result<FrameTime> parse_time(std::string_view text);
 
-ImageList parse_image_list(std::string_view text, const std::string& name);   // time path
+ImageList parse_image_list(std::string_view text, const std::string& name);  // time path
+// Lines that name a path below depth/ first (as ICL-NUIM's do) are taken the other way round.
 PairList parse_associations(std::string_view text, const std::string& name);  // colour time path, depth time path
 
 // Each colour image with at most one depth image and the other way round, at most max_dt apart; the closest pairs are

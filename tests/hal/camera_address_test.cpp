@@ -1,0 +1,63 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "hal/backends.hpp"
+
+namespace onemap::hal {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Pair;
+
+TEST(CameraAddress, Parts) {
+  const auto address = parse_camera_address("simulated:living-room?robot=2&seed=7");
+  ASSERT_TRUE(address.ok());
+  EXPECT_EQ(address->backend, "simulated");
+  EXPECT_EQ(address->path, "living-room");
+  EXPECT_THAT(address->options, ElementsAre(Pair("robot", "2"), Pair("seed", "7")));
+  EXPECT_EQ(address->text, "simulated:living-room?robot=2&seed=7");
+}
+
+TEST(CameraAddress, ThePathKeepsItsColons) {
+  const auto address = parse_camera_address("replay:/data/fr1:10:20");
+  ASSERT_TRUE(address.ok());
+  EXPECT_EQ(address->path, "/data/fr1:10:20");
+  EXPECT_TRUE(address->options.empty());
+}
+
+TEST(CameraAddress, OptionValuesMayBeEmptyOrHoldEquals) {
+  const auto address = parse_camera_address("x:?a=&b=c=d");
+  ASSERT_TRUE(address.ok());
+  EXPECT_EQ(address->path, "");
+  EXPECT_THAT(address->options, ElementsAre(Pair("a", ""), Pair("b", "c=d")));
+}
+
+TEST(CameraAddress, ErrorsSayWhatIsWrong) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"", "expected BACKEND:PLACE"},         {"replay", "expected BACKEND:PLACE"},
+      {":dir", "expected BACKEND:PLACE"},     {"x:y?fast", "'fast' is not key=value"},
+      {"x:y?=1", "'=1' is not key=value"},    {"x:y?a=1&&b=2", "'' is not key=value"},
+      {"x:y?a=1&a=2", "'a=2' is given twice"}};
+  for (const auto& [text, expected] : cases) {
+    const auto address = parse_camera_address(text);
+    ASSERT_FALSE(address.ok()) << text;
+    EXPECT_THAT(address.error().text(), testing::AllOf(HasSubstr(expected), HasSubstr(text)));
+  }
+}
+
+TEST(OpenCamera, ChoosesTheBackendOrNamesTheKnownOnes) {
+  const Backend table[] = {{"one", "",
+                            [](const CameraAddress& a) -> Result<std::unique_ptr<DepthCamera>> {
+                              return Error{"one", a.path};
+                            }},
+                           {"two", "", [](const CameraAddress& a) -> Result<std::unique_ptr<DepthCamera>> {
+                              return Error{"two", a.path};
+                            }}};
+  EXPECT_EQ(open_camera(table, "two:p").error().text(), "two: p");
+  EXPECT_THAT(open_camera(table, "three:p").error().text(), HasSubstr("no backend 'three'; known: one, two"));
+  EXPECT_THAT(open_camera(table, "p").error().text(), HasSubstr("expected BACKEND:PLACE"));
+}
+
+}  // namespace
+}  // namespace onemap::hal
