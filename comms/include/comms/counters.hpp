@@ -31,6 +31,7 @@ enum class Refusal : std::uint8_t {
   wrong_receiver,   // meant for another incarnation or another robot
   own_echo,         // our own datagram came back (multicast)
   id_conflict,      // somebody else uses our robot id, or two neighbours use one id
+  second_path,      // a neighbour that we already have, from another address
   neighbours_full,  // no room for another neighbour
   duplicate,        // this datagram was already seen
   too_old,          // so late that it cannot be told from a duplicate

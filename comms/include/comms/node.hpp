@@ -11,6 +11,7 @@
 #include "comms/datagram_port.hpp"
 #include "comms/endpoint.hpp"
 #include "comms/record.hpp"
+#include "comms/status.hpp"
 #include "hal/base/ids.hpp"
 #include "hal/base/time.hpp"
 
@@ -31,17 +32,6 @@ struct NodeConfig {
   std::size_t reassembly_bytes = 16u << 20;  // incomplete or out of order records
   std::size_t max_neighbours = 32, max_robots = 1024, max_logs = 4096;
 };
-
-// What a robot says about itself, as it travels hop by hop through the team: the newest (incarnation, counter) wins.
-struct RobotStatus {
-  RobotId robot;
-  std::uint64_t incarnation = 0;
-  std::uint32_t counter = 0;
-  std::uint64_t frontier_digest = 0;  // of what it holds
-  std::uint64_t map_digest = 0;       // as given to set_local_status
-  std::uint8_t flags = 0;             // as given to set_local_status
-};
-inline constexpr std::uint8_t kStatusFinished = 1;  // this robot will write nothing more of its own camera
 
 struct NeighbourStatus {
   RobotId robot;

@@ -18,7 +18,7 @@ std::string to_string(const Endpoint& endpoint);
 
 struct UdpConfig {
   Endpoint listen;                     // port 0: any
-  std::optional<Endpoint> group;       // join this multicast group; its port must be the listening port
+  std::optional<Endpoint> group;       // also hear this multicast group, on the listening address's interface, TTL 1
   int receive_buffer_bytes = 4 << 20;  // asked for; the kernel may give less
 };
 

@@ -1,0 +1,275 @@
+#include "fetcher.hpp"
+
+#include <algorithm>
+
+namespace onemap::comms {
+
+using std::chrono::milliseconds;
+using wire::kFragmentBytes;
+
+namespace {
+constexpr std::uint8_t kFirstBulkLane = 2;
+constexpr std::size_t kMaxFetches = 512;
+constexpr std::uint32_t kLookahead = 256;  // records of one log beyond its first missing one
+constexpr std::uint32_t kMaxGuess = 64;
+constexpr auto kWantDelay = milliseconds(2);  // bulk asks wait so long for company
+constexpr auto kStoreRetry = milliseconds(1000);
+constexpr auto kAvoid = milliseconds(1000);
+}  // namespace
+
+Fetcher::Fetcher(Limits limits, LogStore& store, Counters& counters)
+    : limits_(limits), store_(store), counters_(counters) {}
+
+// Control and poses may ask a quarter more, so that they never wait for bulk to drain.
+std::size_t Fetcher::window(std::uint8_t lane) const {
+  const std::size_t whole = std::max(limits_.credit_bytes, 4 * kFragmentBytes);
+  return lane < kFirstBulkLane ? whole + whole / 4 : whole;
+}
+
+std::uint32_t Fetcher::held(const LogId& log) const {
+  const auto at = store_.frontier().find(log);
+  return at == store_.frontier().end() ? 0 : at->second;
+}
+
+void Fetcher::offered(const LogId& log) { lacking_[log.lane].try_emplace(log, held(log)); }
+
+// ---- asking
+
+void Fetcher::plan(Instant now, Links& links) {
+  for (auto& [endpoint, link] : links) {
+    const std::size_t out = link.outstanding() * kFragmentBytes;
+    link.may_ask_bulk = out <= window(kFirstBulkLane) / 4 * 3;
+  }
+  for (std::uint8_t lane = 0; lane < kLaneCount; ++lane) {
+    ask_missing(now, lane, links);
+    open_more(now, lane, links);
+  }
+}
+
+void Fetcher::ask_missing(Instant now, std::uint8_t lane, Links& links) {
+  for (auto it = needs_[lane].begin(); it != needs_[lane].end();) {
+    const RecordId id = *it++;  // asking for all of it takes it out of the set
+    Fetch& fetch = fetches_.at(id);
+    if (fetch.target == nullptr) fetch.target = choose(now, id, links);
+    if (fetch.target != nullptr) ask(now, *fetch.target, id, fetch);
+  }
+}
+
+void Fetcher::open_more(Instant now, std::uint8_t lane, Links& links) {
+  for (auto it = lacking_[lane].begin(); it != lacking_[lane].end();) {
+    const LogId log = it->first;
+    std::uint32_t offer = 0;
+    for (const auto& [endpoint, link] : links) {
+      const auto at = link.holds.find(log);
+      if (link.alive && at != link.holds.end()) offer = std::max(offer, at->second);
+    }
+    const std::uint32_t have = held(log);
+    if (offer <= have) {
+      it = lacking_[lane].erase(it);
+      continue;
+    }
+    std::uint32_t& next = it->second;
+    next = std::max(next, have);
+    if (!blocked_.contains(log))
+      while (next < std::min(offer, have + kLookahead) && open(now, {log, next}, links)) ++next;
+    ++it;
+  }
+}
+
+bool Fetcher::open(Instant now, const RecordId& id, Links& links) {
+  if (fetches_.contains(id)) return true;
+  const bool first_of_log = id.seq == held(id.log);
+  const std::size_t guess = guess_[id.log.lane];
+  if (!first_of_log &&
+      (fetches_.size() >= kMaxFetches || used_bytes_ + guess * kFragmentBytes > limits_.reassembly_bytes))
+    return false;
+  Link* link = choose(now, id, links);
+  if (link == nullptr || (link->outstanding() + 1) * kFragmentBytes > window(id.log.lane)) return false;
+  if (id.log.lane >= kFirstBulkLane && !link->may_ask_bulk) return false;
+  Fetch& fetch = fetches_[id];
+  fetch.target = link;
+  fetch.fragments.assign(guess, kMissing);
+  fetch.missing = static_cast<std::uint32_t>(guess);
+  fetch.reserved_bytes = guess * kFragmentBytes;
+  used_bytes_ += fetch.reserved_bytes;
+  needs_[id.log.lane].insert(id);
+  ask(now, *link, id, fetch);
+  return true;
+}
+
+// The neighbour that should answer soonest: least waiting there already, stretched by its loss.
+Link* Fetcher::choose(Instant now, const RecordId& id, Links& links, const Link* other_than) const {
+  Link* best = nullptr;
+  double best_cost = 0.0;
+  for (auto& [endpoint, link] : links) {
+    if (!link.alive || &link == other_than) continue;
+    const auto at = link.holds.find(id.log);
+    if (at == link.holds.end() || at->second <= id.seq) continue;
+    double cost = static_cast<double>(link.outstanding() + 1) / (1.0 - std::min(link.window.loss(), 0.9));
+    if (link.avoid_until > now) cost += 1e6;
+    if (best == nullptr || cost < best_cost) best = &link, best_cost = cost;
+  }
+  return best;
+}
+
+void Fetcher::ask(Instant now, Link& link, const RecordId& id, Fetch& fetch) {
+  const std::uint8_t lane = id.log.lane;
+  if (lane >= kFirstBulkLane && !link.may_ask_bulk) return;
+  const std::size_t limit = window(lane) / kFragmentBytes;
+  const std::size_t out = link.outstanding();
+  std::size_t room = limit > out ? limit - out : 0;
+  const auto count = static_cast<std::uint32_t>(fetch.fragments.size());
+  for (std::uint32_t first = 0; first < count && room > 0 && fetch.missing > 0; ++first) {
+    if (fetch.fragments[first] != kMissing) continue;
+    std::uint32_t end = first + 1;
+    while (end < count && fetch.fragments[end] == kMissing && end - first < room) ++end;
+    ask_run(now, link, id, fetch, first, end);
+    room -= end - first;
+    first = end - 1;
+  }
+  if (fetch.missing == 0) needs_[lane].erase(id);
+}
+
+void Fetcher::ask_run(Instant now, Link& link, const RecordId& id, Fetch& fetch, std::uint32_t first,
+                      std::uint32_t end) {
+  AskLane& lane = link.lanes[id.log.lane];
+  const bool idle = link.outstanding() == 0;
+  if (lane.outstanding == 0) lane.progress = now;
+  for (std::uint32_t fragment = first; fragment < end; ++fragment) {
+    fetch.fragments[fragment] = next_serial_;
+    lane.asks.push_back({id, fragment, next_serial_, false, 0, std::nullopt});
+    if (++next_serial_ == kReceived) next_serial_ = 1;
+  }
+  lane.outstanding += end - first;
+  fetch.missing -= end - first;
+  link.wants.push_back({id, static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(end - first)});
+  const Instant at = idle || id.log.lane < kFirstBulkLane ? now : now + kWantDelay;
+  link.want_at = link.want_at ? std::min(*link.want_at, at) : at;
+}
+
+// ---- answers
+
+void Fetcher::on_data(Instant now, Link& from, const wire::Data& data) {
+  const auto at = fetches_.find(data.id);
+  if (at == fetches_.end() || at->second.complete) {
+    ++counters_.refused[static_cast<std::size_t>(Refusal::data_unasked)];
+    counters_.duplicate_body_bytes += data.bytes.size();
+    return;
+  }
+  Fetch& fetch = at->second;
+  if (!learn(from, data, fetch)) return;
+  std::uint32_t& state = fetch.fragments[data.fragment];
+  if (state == kReceived) {
+    counters_.duplicate_body_bytes += data.bytes.size();
+    return;
+  }
+  if (state == kMissing) {
+    --fetch.missing;  // given up too early
+    if (fetch.missing == 0) needs_[data.id.log.lane].erase(data.id);
+  } else if (fetch.target != nullptr) {
+    answered(now, *fetch.target, data.id, state);
+  }
+  state = kReceived;
+  std::copy(data.bytes.begin(), data.bytes.end(),
+            fetch.body.begin() + static_cast<std::ptrdiff_t>(data.fragment * kFragmentBytes));
+  counters_.body_bytes_received += data.bytes.size();
+  fetch.hops = std::max<std::uint8_t>(fetch.hops, static_cast<std::uint8_t>(std::min(data.hops + 1, 255)));
+  for (std::uint8_t lane = data.id.log.lane; lane < kLaneCount; ++lane) from.lanes[lane].progress = now;
+  from.silences = 0;
+  if (++fetch.received == fetch.fragments.size()) settle(now, from, data.id, fetch);
+}
+
+// The first fragment says how large the record is; the others must agree with it.
+bool Fetcher::learn(Link& from, const wire::Data& data, Fetch& fetch) {
+  if (fetch.known) {
+    if (fetch.kind == data.kind && fetch.total_bytes == data.total_bytes && fetch.hash == data.body_hash) return true;
+    ++counters_.refused[static_cast<std::size_t>(Refusal::data_conflict)];
+    if (&from != fetch.target) return false;
+    restart(data.id, fetch);  // whom we ask now counts more than whom we asked before
+  }
+  if (!make_room(data.id, data.total_bytes)) return false;
+  const std::uint32_t count = wire::fragments_of(data.total_bytes);
+  cut(data.id, fetch, count);
+  fetch.known = true;
+  fetch.kind = data.kind;
+  fetch.total_bytes = data.total_bytes;
+  fetch.hash = data.body_hash;
+  fetch.fragments.resize(count, kMissing);
+  fetch.missing = static_cast<std::uint32_t>(std::count(fetch.fragments.begin(), fetch.fragments.end(), kMissing));
+  if (fetch.missing > 0) needs_[data.id.log.lane].insert(data.id);
+  fetch.body.resize(data.total_bytes);
+  std::uint32_t& guess = guess_[data.id.log.lane];
+  guess = std::clamp<std::uint32_t>((3 * guess + count + 2) / 4, 1, kMaxGuess);
+  return true;
+}
+
+// Reserves exactly `bytes` for this fetch. The first missing record of a log may push out records that wait behind
+// others; anything else gives way itself.
+bool Fetcher::make_room(const RecordId& id, std::size_t bytes) {
+  Fetch& fetch = fetches_.at(id);
+  const auto others = [&] { return used_bytes_ - fetch.reserved_bytes; };
+  if (others() + bytes > limits_.reassembly_bytes) {
+    ++counters_.refused[static_cast<std::size_t>(Refusal::reassembly_full)];
+    if (id.seq != held(id.log)) return close(id), false;
+    for (auto it = fetches_.end(); it != fetches_.begin() && others() + bytes > limits_.reassembly_bytes;) {
+      const RecordId victim = (--it)->first;
+      if (victim == id || victim.seq == held(victim.log)) continue;
+      ++it;  // stays valid while its predecessor goes
+      close(victim);
+    }
+    if (others() + bytes > limits_.reassembly_bytes) return false;
+  }
+  used_bytes_ = others() + bytes;
+  fetch.reserved_bytes = bytes;
+  return true;
+}
+
+// Later asks that are answered make earlier ones suspect: the neighbour serves a lane in order.
+void Fetcher::answered(Instant now, Link& target, const RecordId& id, std::uint32_t serial) {
+  AskLane& lane = target.lanes[id.log.lane];
+  constexpr std::uint8_t kOvertakenBy = 3;
+  for (Ask& ask : lane.asks) {
+    if (ask.serial == serial) {
+      if (!ask.done) --lane.outstanding;
+      ask.done = true;
+      break;
+    }
+    if (ask.done || ask.overtaken == kOvertakenBy || ++ask.overtaken < kOvertakenBy) continue;
+    ask.overtaken_at = now;
+    if (!lane.suspect_since) lane.suspect_since = now;
+  }
+  trim(lane);
+}
+
+void Fetcher::settle(Instant now, Link& from, const RecordId& id, Fetch& fetch) {
+  if (wire::body_hash(fetch.kind, fetch.body) != fetch.hash) {
+    ++counters_.refused[static_cast<std::size_t>(Refusal::data_bad_hash)];
+    restart(id, fetch);
+    fetch.target = nullptr;
+    from.avoid_until = now + kAvoid;
+    return;
+  }
+  fetch.complete = true;
+  store_in_order(now, id.log);
+}
+
+void Fetcher::store_in_order(Instant now, const LogId& log) {
+  blocked_.erase(log);
+  for (auto at = fetches_.find({log, held(log)}); at != fetches_.end() && at->second.complete;
+       at = fetches_.find({log, held(log)})) {
+    const RecordId id = at->first;
+    Fetch& fetch = at->second;
+    // The body is copied only when the store may refuse it: then it must survive for the next try.
+    if (!store_.append({id, fetch.kind, fetch.body})) {
+      ++counters_.refused[static_cast<std::size_t>(Refusal::store_refused)];
+      blocked_[log] = now + kStoreRetry;
+      return;
+    }
+    ++counters_.records_received;
+    stored_.push_back({id, fetch.hops});
+    used_bytes_ -= fetch.reserved_bytes;
+    fetches_.erase(at);
+  }
+}
+
+}  // namespace onemap::comms

@@ -1,0 +1,164 @@
+#include "comms/node.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+#include "node_impl.hpp"
+
+namespace onemap::comms {
+
+namespace {
+constexpr std::size_t kMaxHashes = 1024;
+
+std::uint64_t seed_of(const RobotId& robot, std::uint64_t incarnation) {
+  std::uint64_t seed = incarnation;
+  for (auto byte : robot.bytes) seed = seed * 31 + byte;
+  return seed;
+}
+}  // namespace
+
+Node::Impl::Impl(NodeConfig config_, LogStore& store_)
+    : config(std::move(config_)),
+      store(store_),
+      fetcher({config.credit_bytes, config.reassembly_bytes}, store, counters),
+      team(config.self, config.incarnation, config.max_robots),
+      beacon_interval(config.beacon_min),
+      random(seed_of(config.self, config.incarnation)) {
+  assert(config.incarnation != 0);
+  for (const Endpoint& peer : config.peers) {
+    Link& link = links[peer];
+    link.endpoint = peer;
+    link.configured = true;
+  }
+  for (const auto& [log, count] : store.frontier()) {
+    for (std::uint32_t seq = 0; seq < count; ++seq) applied.push_back(store.find({log, seq}));
+    hops[log].assign(count, 0);
+    frontier_digest += entry_digest(log, count);
+  }
+  team.set_own(frontier_digest, 0, 0);
+}
+
+std::uint32_t Node::Impl::held(const LogId& log) const {
+  const auto at = store.frontier().find(log);
+  return at == store.frontier().end() ? 0 : at->second;
+}
+
+std::optional<RecordId> Node::Impl::append(std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body) {
+  const LogId log{config.self, lane, config.incarnation};
+  const RecordId id{log, held(log)};
+  if (lane >= kLaneCount || body.size() > kMaxRecordBytes || !store.append({id, kind, std::move(body)})) {
+    refuse(Refusal::append_refused);
+    return std::nullopt;
+  }
+  ++counters.records_appended;
+  stored(id, 0);
+  return id;
+}
+
+void Node::Impl::stored(const RecordId& id, std::uint8_t hop_count) {
+  constexpr auto kHaveGap = std::chrono::milliseconds(5), kHaveIdle = std::chrono::milliseconds(50);
+  applied.push_back(store.find(id));
+  hops[id.log].push_back(hop_count);
+  frontier_digest += entry_digest(id.log, id.seq + 1) - entry_digest(id.log, id.seq);
+  for (auto& [endpoint, link] : links) {
+    if (!link.alive) continue;
+    link.have_dirty.insert(id.log);
+    const auto there = link.holds.find(id.log);
+    const bool lacks_it = there == link.holds.end() || there->second <= id.seq;
+    const Instant at = lacks_it ? std::max(now, link.last_have + kHaveGap) : now + kHaveIdle;
+    link.have_at = link.have_at ? std::min(*link.have_at, at) : at;
+  }
+  const RobotStatus& own = team.own();
+  team.set_own(frontier_digest, own.map_digest, own.flags);
+  changed();
+}
+
+std::uint64_t Node::Impl::hash_of(const Record& record) {
+  const auto at = hashes.find(record.id);
+  if (at != hashes.end()) return at->second;
+  if (hashes.size() >= kMaxHashes) hashes.clear();
+  return hashes[record.id] = wire::body_hash(record.kind, record.body);
+}
+
+Node::Node(NodeConfig config, LogStore& store) : impl_(std::make_unique<Impl>(std::move(config), store)) {}
+Node::~Node() = default;
+
+void Node::on_datagram(Instant now, const Endpoint& from, std::span<const std::uint8_t> bytes) {
+  impl_->now = std::max(impl_->now, now);
+  impl_->receive(from, bytes);
+}
+
+void Node::on_timer(Instant now) {
+  impl_->now = std::max(impl_->now, now);
+  impl_->tick();
+}
+
+Instant Node::next_deadline() const { return impl_->next_deadline(); }
+
+std::optional<RecordId> Node::append(Instant now, std::uint8_t lane, std::uint16_t kind,
+                                     std::vector<std::uint8_t> body) {
+  impl_->now = std::max(impl_->now, now);
+  return impl_->append(lane, kind, std::move(body));
+}
+
+void Node::set_local_status(Instant now, std::uint64_t map_digest, std::uint8_t flags) {
+  impl_->now = std::max(impl_->now, now);
+  if (impl_->team.set_own(impl_->frontier_digest, map_digest, flags)) impl_->changed();
+}
+
+bool Node::next_outgoing(OutgoingDatagram& datagram) { return impl_->next_outgoing(datagram); }
+
+bool Node::next_applied(std::shared_ptr<const Record>& record) {
+  if (impl_->applied.empty()) return false;
+  record = std::move(impl_->applied.front());
+  impl_->applied.pop_front();
+  return true;
+}
+
+const VersionVector& Node::frontier() const { return impl_->store.frontier(); }
+std::uint64_t Node::frontier_digest() const { return impl_->frontier_digest; }
+
+std::vector<NeighbourStatus> Node::neighbours() const {
+  std::vector<NeighbourStatus> all;
+  for (const auto& [endpoint, link] : impl_->links) {
+    if (link.incarnation == 0) continue;
+    all.push_back({link.robot, link.incarnation, endpoint, link.alive, link.last_heard, link.window.loss(),
+                   link.round_trip.smoothed(), link.bytes_in, link.bytes_out, link.claimed_digest, link.map_digest,
+                   link.flags});
+  }
+  return all;
+}
+
+const std::map<RobotId, RobotStatus>& Node::team() const { return impl_->team.robots(); }
+
+bool Node::team_agrees(std::size_t robots, std::uint8_t flags) const {
+  const RobotStatus& own = impl_->team.own();
+  const auto agrees = [&](const auto& entry) {
+    const RobotStatus& status = entry.second;
+    return (status.flags & flags) == flags && status.map_digest == own.map_digest &&
+           status.frontier_digest == own.frontier_digest;
+  };
+  return team().size() >= robots && std::all_of(team().begin(), team().end(), agrees);
+}
+
+std::size_t Node::records_missing() const {
+  VersionVector best;
+  for (const auto& [endpoint, link] : impl_->links) {
+    if (!link.alive) continue;
+    for (const auto& [log, count] : link.holds) best[log] = std::max(best[log], count);
+  }
+  std::size_t missing = 0;
+  for (const auto& [log, count] : best) missing += count - std::min(count, impl_->held(log));
+  return missing;
+}
+
+std::optional<std::uint8_t> Node::hops(const RecordId& id) const {
+  const auto log = impl_->hops.find(id.log);
+  if (log == impl_->hops.end() || id.seq >= log->second.size()) return std::nullopt;
+  return log->second[id.seq];
+}
+
+const Counters& Node::counters() const { return impl_->counters; }
+
+}  // namespace onemap::comms

@@ -1,0 +1,95 @@
+#pragma once
+#include <deque>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "comms/node.hpp"
+#include "comms/wire.hpp"
+#include "fetcher.hpp"
+#include "link.hpp"
+#include "team_table.hpp"
+
+namespace onemap::comms {
+
+struct Node::Impl {
+  Impl(NodeConfig config_, LogStore& store_);
+
+  // node.cpp: the record set
+  std::uint32_t held(const LogId& log) const;
+  std::optional<RecordId> append(std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body);
+  void stored(const RecordId& id, std::uint8_t hops);  // the store has one record more
+  std::uint64_t hash_of(const Record& record);
+  void refuse(Refusal reason) { ++counters.refused[static_cast<std::size_t>(reason)]; }
+
+  // node_receive.cpp
+  void receive(const Endpoint& from, std::span<const std::uint8_t> bytes);
+  Link* admit(const Endpoint& from, const wire::Header& header, const wire::Beacon* beacon);
+  Link* admit_greeting(const Endpoint& from, const wire::Header& header, const wire::Beacon& beacon);
+  Link* room_for(const Endpoint& endpoint);
+  bool fresh(Link& link, const wire::Header& header);
+  void link_up(Link& link);
+  void on_frame(Link& link, const wire::Frame& frame);
+  void merge(const RobotStatus& status);
+  void claim(Link& link, std::uint64_t frontier_digest);
+  void on_beacon(Link& link, const wire::Beacon& beacon);
+  void on_have(Link& link, const wire::Have& have);
+  void on_have_request(Link& link);
+  void on_want(Link& link, const wire::Want& want);
+  void on_data(Link& link, const wire::Data& data);
+  void on_pong(Link& link, const wire::Pong& pong);
+
+  // node_timer.cpp
+  void tick();
+  void tick(Link& link);
+  void link_down(Link& link);
+  void changed();  // something that beacons tell
+  void beacon_all();
+  bool all_consistent() const;
+  void tell_all(Link& link);
+  Instant next_deadline() const;
+  Instant next_deadline(const Link& link) const;
+
+  // node_send.cpp
+  bool next_outgoing(OutgoingDatagram& datagram);
+  bool control_ready(const Link& link) const;
+  void build_group(OutgoingDatagram& datagram);
+  void build_control(Link& link, OutgoingDatagram& datagram);
+  bool build_data(OutgoingDatagram& datagram);
+  void put_beacon(wire::Encoder& out);
+  void put_status(wire::Encoder& out, const RobotId& except, RobotId& cursor);
+  void put_have(wire::Encoder& out, Link& link);
+  void put_wants(wire::Encoder& out, Link& link);
+  wire::Header header_for(Link& link);
+  void sent(OutgoingDatagram& datagram, const Endpoint& to, std::size_t size);
+  void count_sent(FrameType type) { ++counters.frames_sent[static_cast<std::size_t>(type)]; }
+
+  NodeConfig config;
+  LogStore& store;
+  Counters counters;
+  Instant now{};
+  std::map<Endpoint, Link> links;
+  Fetcher fetcher;
+  TeamTable team;
+  std::uint64_t frontier_digest = 0;
+  std::map<LogId, std::vector<std::uint8_t>> hops;
+  std::map<RecordId, std::uint64_t> hashes;  // of records that were served lately
+  std::deque<std::shared_ptr<const Record>> applied;
+  wire::Decoder decoder;
+  bool plan_due = false;
+  // Trickle: the interval doubles while nothing changes.
+  Duration beacon_interval{};
+  Instant beacon_at{}, last_beacon{};
+  std::uint64_t random;  // splitmix64 state: jitter only
+  bool group_due = false;
+  std::uint32_t group_counter = 1;
+  RobotId group_cursor;
+  // Sending
+  Instant pace_at{};  // bodies may go from then on
+  Endpoint control_cursor;
+  std::array<Endpoint, kLaneCount> data_cursor{};
+  std::vector<RobotStatus> status_scratch;
+  std::vector<wire::HaveEntry> have_scratch;
+};
+
+}  // namespace onemap::comms

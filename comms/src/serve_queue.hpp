@@ -1,0 +1,38 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <memory>
+
+#include "comms/record.hpp"
+#include "comms/wire.hpp"
+
+namespace onemap::comms {
+
+// What one neighbour asked for and did not get yet: ranges of fragments, first come first served within a lane, lower
+// lanes first. Bounded by the asker's credit and by a number of ranges.
+class ServeQueue {
+ public:
+  enum class Answer { queued, already_queued, over_credit };
+  // [first, end) must lie within the record.
+  Answer push(std::shared_ptr<const Record> record, std::uint64_t hash, std::uint8_t hops, std::uint32_t first,
+              std::uint32_t end, std::size_t credit_bytes);
+  bool empty(std::uint8_t lane) const { return lanes_[lane].empty(); }
+  bool empty() const { return queued_bytes_ == 0; }
+  std::size_t queued_bytes() const { return queued_bytes_; }  // counted in whole fragments
+  wire::Data front(std::uint8_t lane) const;                  // the lane must not be empty; valid until pop
+  void pop(std::uint8_t lane);
+
+ private:
+  static constexpr std::size_t kMaxRanges = 1024;
+  struct Range {
+    std::shared_ptr<const Record> record;
+    std::uint64_t hash = 0;
+    std::uint8_t hops = 0;
+    std::uint32_t next = 0, end = 0;
+  };
+  std::array<std::deque<Range>, kLaneCount> lanes_;
+  std::size_t queued_bytes_ = 0, ranges_ = 0;
+};
+
+}  // namespace onemap::comms

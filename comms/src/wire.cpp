@@ -1,0 +1,275 @@
+#include "comms/wire.hpp"
+
+#include <xxhash.h>
+
+#include "hal/base/bytes.hpp"
+
+namespace onemap::comms::wire {
+
+namespace {
+constexpr std::uint8_t kMagicMask = 0xF0;
+
+RobotId get_robot(ByteReader& in) {
+  RobotId robot;
+  const auto bytes = in.bytes(robot.bytes.size());
+  std::copy(bytes.begin(), bytes.end(), robot.bytes.begin());
+  return robot;
+}
+LogId get_log(ByteReader& in) {
+  LogId log;
+  log.robot = get_robot(in);
+  log.lane = in.get<std::uint8_t>();
+  log.incarnation = in.get<std::uint64_t>();
+  return log;
+}
+bool valid(const RobotId& robot) { return robot != RobotId{}; }
+bool valid(const LogId& log) { return valid(log.robot) && log.lane < kLaneCount && log.incarnation != 0; }
+
+std::uint32_t fragment_size(std::uint32_t total, std::uint32_t fragment) {
+  return std::min<std::uint32_t>(kFragmentBytes, total - fragment * static_cast<std::uint32_t>(kFragmentBytes));
+}
+}  // namespace
+
+FrameType type_of(const Frame& frame) { return static_cast<FrameType>(frame.index() + 1); }
+
+std::uint64_t body_hash(std::uint16_t kind, std::span<const std::uint8_t> body) {
+  return XXH3_64bits_withSeed(body.data(), body.size(), kind);
+}
+
+Refusal Decoder::decode(std::span<const std::uint8_t> datagram) {
+  frames_.clear();
+  robots_.clear();
+  have_.clear();
+  want_.clear();
+  robots_.reserve(kMaxFramesBytes / kStatusEntryBytes);
+  have_.reserve(kMaxFramesBytes / kHaveEntryBytes);
+  want_.reserve(kMaxFramesBytes / kWantEntryBytes);
+  if (datagram.size() < kHeaderBytes) return Refusal::too_short;
+  if (datagram.size() > kHeaderBytes + kMaxFramesBytes) return Refusal::too_long;
+  if ((datagram[0] & kMagicMask) != (kMagicAndVersion & kMagicMask)) return Refusal::bad_magic;
+  if (datagram[0] != kMagicAndVersion) return Refusal::bad_version;
+  ByteReader in(datagram.subspan(1));
+  header_.type = static_cast<DatagramType>(in.get<std::uint8_t>());
+  if (header_.type != DatagramType::unicast && header_.type != DatagramType::group) return Refusal::bad_type;
+  if (in.get<std::uint16_t>() != 0) return Refusal::bad_reserved;
+  header_.sender = in.get<std::uint64_t>();
+  header_.receiver = in.get<std::uint64_t>();
+  header_.counter = in.get<std::uint32_t>();
+  if (header_.sender == 0 || header_.counter == 0) return Refusal::bad_frame;
+  while (in.remaining() > 0) {
+    const auto type = in.get<std::uint8_t>();
+    const auto body = in.bytes(in.get<std::uint16_t>());
+    if (!in.ok()) return Refusal::bad_frame;
+    if (type < kFirstSkippableType && !decode_frame(type, body)) return Refusal::bad_frame;
+  }
+  return in.ok() ? Refusal::count : Refusal::bad_frame;
+}
+
+bool Decoder::decode_frame(std::uint8_t type, std::span<const std::uint8_t> body) {
+  ByteReader in(body);
+  switch (static_cast<FrameType>(type)) {
+    case FrameType::beacon: {
+      Beacon beacon;
+      beacon.robot = get_robot(in);
+      beacon.frontier_digest = in.get<std::uint64_t>();
+      beacon.map_digest = in.get<std::uint64_t>();
+      beacon.status_counter = in.get<std::uint32_t>();
+      beacon.flags = in.get<std::uint8_t>();
+      frames_.emplace_back(beacon);
+      return in.done() && valid(beacon.robot);
+    }
+    case FrameType::status:
+      return decode_status(body);
+    case FrameType::have:
+      return decode_have(body);
+    case FrameType::have_request:
+      frames_.emplace_back(HaveRequest{});
+      return in.done();
+    case FrameType::want:
+      return decode_want(body);
+    case FrameType::data:
+      return decode_data(body);
+    case FrameType::ping:
+      frames_.emplace_back(Ping{in.get<std::uint32_t>()});
+      return in.done();
+    case FrameType::pong:
+      frames_.emplace_back(Pong{in.get<std::uint32_t>()});
+      return in.done();
+  }
+  return false;
+}
+
+bool Decoder::decode_status(std::span<const std::uint8_t> body) {
+  ByteReader in(body);
+  const std::size_t first = robots_.size();
+  while (in.remaining() > 0) {
+    RobotStatus status;
+    status.robot = get_robot(in);
+    status.incarnation = in.get<std::uint64_t>();
+    status.counter = in.get<std::uint32_t>();
+    status.frontier_digest = in.get<std::uint64_t>();
+    status.map_digest = in.get<std::uint64_t>();
+    status.flags = in.get<std::uint8_t>();
+    if (!in.ok() || !valid(status.robot) || status.incarnation == 0) return false;
+    robots_.push_back(status);
+  }
+  frames_.emplace_back(Status{std::span(robots_).subspan(first)});
+  return in.ok();
+}
+
+bool Decoder::decode_have(std::span<const std::uint8_t> body) {
+  ByteReader in(body);
+  const std::size_t first = have_.size();
+  const auto frontier_digest = in.get<std::uint64_t>();
+  while (in.remaining() > 0) {
+    HaveEntry entry;
+    entry.log = get_log(in);
+    entry.count = in.get<std::uint32_t>();
+    if (!in.ok() || !valid(entry.log) || entry.count == 0) return false;
+    have_.push_back(entry);
+  }
+  frames_.emplace_back(Have{frontier_digest, std::span(have_).subspan(first)});
+  return in.ok();
+}
+
+bool Decoder::decode_want(std::span<const std::uint8_t> body) {
+  ByteReader in(body);
+  const std::size_t first = want_.size();
+  const auto credit = in.get<std::uint32_t>();
+  while (in.remaining() > 0) {
+    WantEntry entry;
+    entry.id.log = get_log(in);
+    entry.id.seq = in.get<std::uint32_t>();
+    entry.first = in.get<std::uint16_t>();
+    entry.count = in.get<std::uint16_t>();
+    if (!in.ok() || !valid(entry.id.log) || entry.count == 0) return false;
+    want_.push_back(entry);
+  }
+  frames_.emplace_back(Want{credit, std::span(want_).subspan(first)});
+  return in.ok();
+}
+
+bool Decoder::decode_data(std::span<const std::uint8_t> body) {
+  ByteReader in(body);
+  Data data;
+  data.id.log = get_log(in);
+  data.id.seq = in.get<std::uint32_t>();
+  data.kind = in.get<std::uint16_t>();
+  data.hops = in.get<std::uint8_t>();
+  data.total_bytes = in.get<std::uint32_t>();
+  data.body_hash = in.get<std::uint64_t>();
+  data.fragment = in.get<std::uint16_t>();
+  if (!in.ok() || !valid(data.id.log) || data.total_bytes > kMaxRecordBytes) return false;
+  if (data.fragment >= fragments_of(data.total_bytes)) return false;
+  data.bytes = in.bytes(fragment_size(data.total_bytes, data.fragment));
+  frames_.emplace_back(data);
+  return in.done();
+}
+
+Encoder::Encoder(std::span<std::uint8_t, kMaxDatagramBytes> buffer, const Header& header) : buffer_(buffer) {
+  put(kMagicAndVersion);
+  put(static_cast<std::uint8_t>(header.type));
+  put(std::uint16_t{0});
+  put(header.sender);
+  put(header.receiver);
+  put(header.counter);
+}
+
+void Encoder::put(const RobotId& robot) {
+  for (auto byte : robot.bytes) put(byte);
+}
+void Encoder::put(const LogId& log) {
+  put(log.robot);
+  put(log.lane);
+  put(log.incarnation);
+}
+
+bool Encoder::open(FrameType type, std::size_t body_bytes) {
+  if (kFrameHeadBytes + body_bytes > room()) return false;
+  put(static_cast<std::uint8_t>(type));
+  put(static_cast<std::uint16_t>(body_bytes));
+  return true;
+}
+
+std::size_t Encoder::entries_that_fit(std::size_t fixed, std::size_t each, std::size_t wanted) const {
+  if (room() < kFrameHeadBytes + fixed) return 0;
+  return std::min(wanted, (room() - kFrameHeadBytes - fixed) / each);
+}
+
+bool Encoder::beacon(const Beacon& beacon) {
+  if (!open(FrameType::beacon, kBeaconBytes)) return false;
+  put(beacon.robot);
+  put(beacon.frontier_digest);
+  put(beacon.map_digest);
+  put(beacon.status_counter);
+  put(beacon.flags);
+  return true;
+}
+
+std::size_t Encoder::status(std::span<const RobotStatus> robots) {
+  const std::size_t n = entries_that_fit(0, kStatusEntryBytes, robots.size());
+  if (n == 0 || !open(FrameType::status, n * kStatusEntryBytes)) return 0;
+  for (const RobotStatus& status : robots.first(n)) {
+    put(status.robot);
+    put(status.incarnation);
+    put(status.counter);
+    put(status.frontier_digest);
+    put(status.map_digest);
+    put(status.flags);
+  }
+  return n;
+}
+
+std::size_t Encoder::have(std::uint64_t frontier_digest, std::span<const HaveEntry> entries) {
+  const std::size_t n = entries_that_fit(kHaveFixedBytes, kHaveEntryBytes, entries.size());
+  if (n == 0 || !open(FrameType::have, kHaveFixedBytes + n * kHaveEntryBytes)) return 0;
+  put(frontier_digest);
+  for (const HaveEntry& entry : entries.first(n)) {
+    put(entry.log);
+    put(entry.count);
+  }
+  return n;
+}
+
+bool Encoder::have_request() { return open(FrameType::have_request, 0); }
+
+std::size_t Encoder::want(std::uint32_t credit_bytes, std::span<const WantEntry> entries) {
+  const std::size_t n = entries_that_fit(kWantFixedBytes, kWantEntryBytes, entries.size());
+  if (n == 0 || !open(FrameType::want, kWantFixedBytes + n * kWantEntryBytes)) return 0;
+  put(credit_bytes);
+  for (const WantEntry& entry : entries.first(n)) {
+    put(entry.id.log);
+    put(entry.id.seq);
+    put(entry.first);
+    put(entry.count);
+  }
+  return n;
+}
+
+bool Encoder::data(const Data& data) {
+  if (!open(FrameType::data, kDataFixedBytes + data.bytes.size())) return false;
+  put(data.id.log);
+  put(data.id.seq);
+  put(data.kind);
+  put(data.hops);
+  put(data.total_bytes);
+  put(data.body_hash);
+  put(data.fragment);
+  std::copy(data.bytes.begin(), data.bytes.end(), buffer_.begin() + static_cast<std::ptrdiff_t>(size_));
+  size_ += data.bytes.size();
+  return true;
+}
+
+bool Encoder::ping(std::uint32_t token) {
+  if (!open(FrameType::ping, sizeof token)) return false;
+  put(token);
+  return true;
+}
+
+bool Encoder::pong(std::uint32_t token) {
+  if (!open(FrameType::pong, sizeof token)) return false;
+  put(token);
+  return true;
+}
+
+}  // namespace onemap::comms::wire
