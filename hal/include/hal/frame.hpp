@@ -13,6 +13,8 @@ struct Intrinsics {
   double fx = 525, fy = 525, cx = 319.5, cy = 239.5;  // pixels
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;      // dimensionless
   double depth_scale = 5000;                          // depth value / depth_scale = metres along the optical axis
+
+  bool operator==(const Intrinsics&) const = default;
 };
 
 // A view of one RGB-D frame; the memory belongs to a FramePool slot. rgb: height x width x 3 bytes, row by row; depth:

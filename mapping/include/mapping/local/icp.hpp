@@ -9,8 +9,8 @@
 namespace onemap::mapping {
 
 struct IcpConfig {
-  float max_distance_m = 0.10f;     // correspondences farther apart are not used
-  float min_normal_cosine = 0.0f;   // reserved for clouds that carry normals on both sides
+  float max_distance_m = 0.10f;    // correspondences farther apart are not used
+  float min_normal_cosine = 0.0f;  // reserved for clouds that carry normals on both sides
   int max_iterations = 20;
   double stop_rotation_rad = 1e-4;  // converged when a step is smaller than both
   double stop_translation_m = 1e-4;
@@ -27,12 +27,14 @@ struct IcpResult {
   int inliers = 0;
   double error_m = 0;  // root mean square point-to-plane distance of the inliers
   IcpReason reason = IcpReason::too_few_inliers;
-  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();  // J^T W J (rotation, translation) at the result
-  Vector6d gradient = Vector6d::Zero();                                           // J^T W r at the result
+  Eigen::Matrix<double, 6, 6> information =
+      Eigen::Matrix<double, 6, 6>::Zero();  // J^T W J (rotation, translation) at the result
+  Vector6d gradient = Vector6d::Zero();     // J^T W r at the result
 };
 
 // Iterative closest point (Besl and McKay; the paper, figure 6): projective association into an organised target,
-// point-to-plane error with a robust weight that follows the sensor's depth noise, Gauss-Newton. No allocation. Deterministic.
+// point-to-plane error with a robust weight that follows the sensor's depth noise, Gauss-Newton. No allocation.
+// Deterministic.
 class Icp {
  public:
   explicit Icp(const IcpConfig& config);

@@ -39,12 +39,26 @@ struct OrganizedCloud {
   float fx = 0, fy = 0, cx = 0, cy = 0;
   std::vector<Vector3f> points;   // camera frame, metres
   std::vector<Vector3f> normals;  // unit, towards the camera
+
+  // What organize() keeps for the next image of the same camera: the pixels that a cell reads (-1: outside the image),
+  // the ray through their middle, and 1 / z of each cell (0: invalid).
+  struct Sampling {
+    std::int32_t first_pixel = -1;
+    float x = 0, y = 0;
+  };
+  hal::Intrinsics camera{.width = 0, .height = 0};
+  std::vector<Sampling> sampling;
+  std::vector<float> inverse_depth;
 };
 
-// Builds a width x height organised cloud from a depth image: each cell takes the depth at the pixel where its ray falls
-// (nearest), eq. (5); normals from central differences, none across depth steps. The grid spans the colour image's field
-// of view (fx = width / intrinsics.width * intrinsics.fx, ...). out's memory is reused: no allocation after the first call.
-void organize(std::span<const std::uint16_t> depth, const hal::Intrinsics& intrinsics, int width, int height, OrganizedCloud& out);
+// Builds a width x height organised cloud from a depth image, eq. (5): each cell takes the mean of the depths of one
+// surface in the block of pixels (intrinsics.width / width wide) about the pixel where its ray falls, which averages
+// the sensor's quantisation, at the ray through the middle of that block (at most half a pixel from the cell's own
+// ray). Normals from a plane fit over 5 x 5 cells, none across depth steps. The grid spans the colour image's field of
+// view (fx = width / intrinsics.width * intrinsics.fx, ...). out's memory is reused: no allocation after the first
+// call.
+void organize(std::span<const std::uint16_t> depth, const hal::Intrinsics& intrinsics, int width, int height,
+              OrganizedCloud& out);
 
 // Eq. (5) for every stride-th pixel in both directions; points without depth are left out. Writes at most out.size()
 // points (camera frame, metres) and returns how many.

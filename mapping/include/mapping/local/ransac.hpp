@@ -26,8 +26,9 @@ struct FundamentalConfig {
   std::uint64_t seed = 1;
 };
 
-// Eq. (6): x_r^T F x_s = 0. Eight-point (normalised) RANSAC over matched 2D points (undistorted, normalised image plane or
-// pixels), then a re-fit on all inliers. inlier[i] is set to 1 or 0 for each match. F has rank 2 and unit Frobenius norm.
+// Eq. (6): x_r^T F x_s = 0. Eight-point (normalised) RANSAC over matched 2D points (undistorted, normalised image plane
+// or pixels), then a re-fit on all inliers. inlier[i] is set to 1 or 0 for each match. F has rank 2 and unit Frobenius
+// norm.
 class FundamentalRansac {
  public:
   FundamentalRansac(const FundamentalConfig& config, std::size_t max_matches);
@@ -40,7 +41,7 @@ class FundamentalRansac {
 };
 
 struct RigidConfig {
-  double threshold_m = 0.03;           // at 1 m; grows with depth squared like a structured-light sensor's noise
+  double threshold_m = 0.03;  // at 1 m; grows with depth squared like a structured-light sensor's noise
   int max_iterations = 300;
   double confidence = 0.999;
   int min_inliers = 12;
@@ -62,6 +63,7 @@ class RigidRansac {
 
 // Least-squares rigid transform r = T s over the points with use[i] != 0 (use may be empty: all). False when degenerate
 // (fewer than three points, or all on one line).
-bool fit_rigid(std::span<const Vector3d> r, std::span<const Vector3d> s, std::span<const std::uint8_t> use, Pose& T_r_s);
+bool fit_rigid(std::span<const Vector3d> r, std::span<const Vector3d> s, std::span<const std::uint8_t> use,
+               Pose& T_r_s);
 
 }  // namespace onemap::mapping

@@ -1,0 +1,205 @@
+#include "mapping/local/point_cloud.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "local/sensor_noise.hpp"
+
+namespace onemap::mapping {
+namespace {
+
+// Pixel (distorted) -> ray: the fixed point of ray = (distorted - tangential) / radial, as OpenCV does it.
+Eigen::Vector2d undistorted_ray(const hal::Intrinsics& k, double u_px, double v_px) {
+  const double xd = (u_px - k.cx) / k.fx, yd = (v_px - k.cy) / k.fy;
+  double x = xd, y = yd;
+  for (int i = 0; i < 100; ++i) {
+    const double r2 = x * x + y * y;
+    const double radial = 1 + r2 * (k.k1 + r2 * (k.k2 + r2 * k.k3));
+    const double x_new = (xd - 2 * k.p1 * x * y - k.p2 * (r2 + 2 * x * x)) / radial;
+    const double y_new = (yd - k.p1 * (r2 + 2 * y * y) - 2 * k.p2 * x * y) / radial;
+    const double step = std::abs(x_new - x) + std::abs(y_new - y);
+    x = x_new;
+    y = y_new;
+    if (step < 1e-12) break;
+  }
+  return {x, y};
+}
+
+}  // namespace
+
+RayTable::RayTable(const hal::Intrinsics& intrinsics)
+    : width_(intrinsics.width),
+      height_(intrinsics.height),
+      rays_(2 * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)) {
+  float* out = rays_.data();
+  for (int v = 0; v < height_; ++v) {
+    for (int u = 0; u < width_; ++u) {
+      const Eigen::Vector2d ray = undistorted_ray(intrinsics, u, v);
+      *out++ = static_cast<float>(ray.x());
+      *out++ = static_cast<float>(ray.y());
+    }
+  }
+}
+
+Eigen::Vector2d RayTable::at(double u_px, double v_px) const {
+  const double u = std::clamp(u_px, 0.0, static_cast<double>(width_ - 1));
+  const double v = std::clamp(v_px, 0.0, static_cast<double>(height_ - 1));
+  const int u0 = std::min(static_cast<int>(u), std::max(0, width_ - 2));
+  const int v0 = std::min(static_cast<int>(v), std::max(0, height_ - 2));
+  const int u1 = std::min(u0 + 1, width_ - 1), v1 = std::min(v0 + 1, height_ - 1);
+  const double a = u - u0, b = v - v0;
+  const auto ray = [this](int ui, int vi) {
+    const float* p = row(vi) + 2 * ui;
+    return Eigen::Vector2d(p[0], p[1]);
+  };
+  return (1 - b) * ((1 - a) * ray(u0, v0) + a * ray(u1, v0)) + b * ((1 - a) * ray(u0, v1) + a * ray(u1, v1));
+}
+
+Eigen::Vector2d project_distorted(const hal::Intrinsics& k, const Eigen::Vector2d& ray) {
+  const double x = ray.x(), y = ray.y(), r2 = x * x + y * y;
+  const double radial = 1 + r2 * (k.k1 + r2 * (k.k2 + r2 * k.k3));
+  const double xd = x * radial + 2 * k.p1 * x * y + k.p2 * (r2 + 2 * x * x);
+  const double yd = y * radial + k.p1 * (r2 + 2 * y * y) + 2 * k.p2 * x * y;
+  return {k.fx * xd + k.cx, k.fy * yd + k.cy};
+}
+
+std::size_t to_points(std::span<const std::uint16_t> depth, const RayTable& rays, double depth_scale, int stride,
+                      std::span<Vector3f> out) {
+  const float metres = static_cast<float>(1.0 / depth_scale);
+  std::size_t n = 0;
+  for (int v = 0; v < rays.height(); v += stride) {
+    const std::uint16_t* depth_row =
+        depth.data() + static_cast<std::size_t>(v) * static_cast<std::size_t>(rays.width());
+    const float* ray_row = rays.row(v);
+    for (int u = 0; u < rays.width(); u += stride) {
+      const float z = static_cast<float>(depth_row[u]) * metres;
+      if (!(z >= kMinDepth_m && z <= kMaxDepth_m)) continue;
+      if (n == out.size()) return n;
+      out[n++] = {ray_row[2 * u] * z, ray_row[2 * u + 1] * z, z};
+    }
+  }
+  return n;
+}
+
+namespace {
+
+// The block of pixels that a cell reads and the ray through the block's middle.
+void look_up_cells(const hal::Intrinsics& k, OrganizedCloud& out) {
+  const int block_u = std::max(1, k.width / out.width), block_v = std::max(1, k.height / out.height);
+  out.sampling.resize(out.points.size());
+  std::size_t i = 0;
+  for (int v = 0; v < out.height; ++v) {
+    for (int u = 0; u < out.width; ++u, ++i) {
+      const Eigen::Vector2d ray((u - out.cx) / out.fx, (v - out.cy) / out.fy);
+      const Eigen::Vector2d px = project_distorted(k, ray);
+      const int u0 = static_cast<int>(std::floor(px.x() - 0.5 * (block_u - 1) + 0.5));
+      const int v0 = static_cast<int>(std::floor(px.y() - 0.5 * (block_v - 1) + 0.5));
+      auto& cell = out.sampling[i];
+      const bool inside = u0 >= 0 && v0 >= 0 && u0 + block_u <= k.width && v0 + block_v <= k.height;
+      cell.first_pixel = inside ? v0 * k.width + u0 : -1;
+      const Eigen::Vector2d middle = undistorted_ray(k, u0 + 0.5 * (block_u - 1), v0 + 0.5 * (block_v - 1));
+      cell.x = static_cast<float>(middle.x());
+      cell.y = static_cast<float>(middle.y());
+    }
+  }
+}
+
+void set_grid(const hal::Intrinsics& k, int width, int height, OrganizedCloud& out) {
+  const double su = static_cast<double>(width) / k.width, sv = static_cast<double>(height) / k.height;
+  out.width = width;
+  out.height = height;
+  out.fx = static_cast<float>(su * k.fx);
+  out.fy = static_cast<float>(sv * k.fy);
+  out.cx = static_cast<float>(su * (k.cx + 0.5) - 0.5);  // pixel centres are at integers
+  out.cy = static_cast<float>(sv * (k.cy + 0.5) - 0.5);
+  const std::size_t cells = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  out.points.resize(cells);
+  out.normals.resize(cells);
+  out.inverse_depth.resize(cells);
+  look_up_cells(k, out);
+  out.camera = k;
+}
+
+// How far depths of one surface differ within a few pixels: slope and noise.
+float same_surface_m(float z_m) { return 0.01f * z_m + 4 * depth_sigma(z_m); }
+
+// Mean depth of the block's pixels that lie on the surface of the block's middle (or first valid) pixel; 0: none.
+float mean_depth(const std::uint16_t* block, int row_pixels, int block_u, int block_v, float metres) {
+  int reference = block[(block_v / 2) * row_pixels + block_u / 2];
+  for (int v = 0; v < block_v && reference == 0; ++v) {
+    for (int u = 0; u < block_u && reference == 0; ++u) reference = block[v * row_pixels + u];
+  }
+  const float z = static_cast<float>(reference) * metres;
+  if (!(z >= kMinDepth_m && z <= kMaxDepth_m)) return 0;
+  const int gate = static_cast<int>(same_surface_m(z) / metres);
+  int sum = 0, count = 0;
+  for (int v = 0; v < block_v; ++v) {
+    for (int u = 0; u < block_u; ++u) {
+      const int d = block[v * row_pixels + u];
+      const int use = (d - reference <= gate) & (reference - d <= gate) & (d != 0);
+      sum += use ? d : 0;
+      count += use;
+    }
+  }
+  return static_cast<float>(sum) / static_cast<float>(count) * metres;
+}
+
+// On a plane n.p = h the inverse depth is linear in the ray: 1/z = (n.(x, y, 1)) / h, and the noise of a
+// structured-light sensor is even in 1/z. So the normal is a least-squares line fit of 1/z over the window, using the
+// cells of the same surface only.
+Vector3f normal_at(const OrganizedCloud& cloud, int u, int v) {
+  constexpr int kRadius = 2;
+  constexpr int kMinCells = 10;
+  const int index = v * cloud.width + u;
+  const float* q = cloud.inverse_depth.data() + index;
+  const OrganizedCloud::Sampling* at = cloud.sampling.data() + index;
+  if (*q == 0) return Vector3f::Zero();
+  const float z = 1 / *q;
+  const float gate = 3 * same_surface_m(z) * *q * *q;  // as a difference of 1/z
+  float n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0, sq = 0, sxq = 0, syq = 0;
+  for (int j = std::max(-kRadius, -v); j <= std::min(kRadius, cloud.height - 1 - v); ++j) {
+    for (int i = std::max(-kRadius, -u); i <= std::min(kRadius, cloud.width - 1 - u); ++i) {
+      const int k = j * cloud.width + i;
+      const float d = q[k] - *q;
+      if (!(std::abs(d) <= gate)) continue;
+      const float x = at[k].x - at->x, y = at[k].y - at->y;
+      n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y, syy += y * y;
+      sq += d, sxq += x * d, syq += y * d;
+    }
+  }
+  if (n < kMinCells) return Vector3f::Zero();
+  const float cxx = sxx - sx * sx / n, cxy = sxy - sx * sy / n, cyy = syy - sy * sy / n;
+  const float cxq = sxq - sx * sq / n, cyq = syq - sy * sq / n;
+  const float det = cxx * cyy - cxy * cxy, det_in_cells = det * cloud.fx * cloud.fx * cloud.fy * cloud.fy;
+  if (!(det_in_cells > 0.05f * n * n)) return Vector3f::Zero();
+  const float a = (cxq * cyy - cyq * cxy) / det, b = (cyq * cxx - cxq * cxy) / det;
+  const float middle = *q + (sq - a * sx - b * sy) / n;
+  const Vector3f away(a, b, middle - a * at->x - b * at->y);
+  const float norm = std::sqrt(away.x() * away.x() + away.y() * away.y() + away.z() * away.z());
+  return -away / norm;
+}
+
+}  // namespace
+
+void organize(std::span<const std::uint16_t> depth, const hal::Intrinsics& intrinsics, int width, int height,
+              OrganizedCloud& out) {
+  if (out.width != width || out.height != height || out.camera != intrinsics) {
+    set_grid(intrinsics, width, height, out);
+  }
+  const float metres = static_cast<float>(1.0 / intrinsics.depth_scale);
+  const int block_u = std::max(1, intrinsics.width / width), block_v = std::max(1, intrinsics.height / height);
+  for (std::size_t i = 0; i < out.points.size(); ++i) {
+    const auto& cell = out.sampling[i];
+    const float z = cell.first_pixel < 0
+                        ? 0
+                        : mean_depth(depth.data() + cell.first_pixel, intrinsics.width, block_u, block_v, metres);
+    out.points[i] = {cell.x * z, cell.y * z, z};
+    out.inverse_depth[i] = z > 0 ? 1 / z : 0;
+  }
+  std::size_t i = 0;
+  for (int v = 0; v < height; ++v) {
+    for (int u = 0; u < width; ++u, ++i) out.normals[i] = normal_at(out, u, v);
+  }
+}
+
+}  // namespace onemap::mapping
