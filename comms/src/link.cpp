@@ -47,11 +47,14 @@ void RoundTrip::sample(Duration rtt) {
   srtt_ = std::max((7 * srtt_ + rtt) / 8, Duration(1));
 }
 
+// Silence may be plain loss (half of all questions and answers at 30 % each way), so patience grows slowly at first.
 Duration RoundTrip::give_up_after(unsigned silences) const {
+  constexpr unsigned kPatient = 4, kMost = 10;
   Duration base = milliseconds(100);
   if (srtt_.count() != 0) base = srtt_ + std::max<Duration>(4 * var_, milliseconds(10));
   base = std::clamp<Duration>(base, milliseconds(30), milliseconds(2000));
-  return std::min<Duration>(base * (1u << std::min(silences, 6u)), milliseconds(2000));
+  if (silences > kPatient) base *= 1u << (std::min(silences, kMost) - kPatient);
+  return std::min<Duration>(base, milliseconds(2000));
 }
 
 Duration RoundTrip::reorder_window() const { return std::max<Duration>(milliseconds(2), var_); }

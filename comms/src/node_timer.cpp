@@ -31,7 +31,8 @@ void Node::Impl::tick(Link& link) {
   if (now - link.last_heard >= config.neighbour_timeout) return link_down(link);
   if (link.request_have_at && *link.request_have_at <= now) {
     link.have_request_due = true;
-    link.request_have_at = now + milliseconds(200) * (1u << std::min(link.have_requests, 4u));
+    const unsigned slower = std::clamp(link.have_requests, 6u, 11u) - 6u;
+    link.request_have_at = now + (milliseconds(50) + 2 * link.round_trip.smoothed()) * (1u << slower);
     ++link.have_requests;
   }
   if (link.outstanding() > 0 && now >= link.next_ping) link.ping_due = true;

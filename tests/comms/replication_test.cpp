@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <string>
 
+#include "comms/wire.hpp"
 #include "sim_net.hpp"
 
 namespace onemap::comms {
@@ -66,6 +67,231 @@ TEST(Replication, ConvergesOnEveryGraphAtEveryLoss) {
       printf("%-9s loss %2.0f %%: %.2f s to equal, sent / useful %.3f\n", shape.name, loss * 100, seconds, overhead);
       EXPECT_LE(overhead, 1.3 / (1.0 - loss)) << shape.name << " loss " << loss;
     }
+}
+
+TEST(Replication, SameSeedSameRun) {
+  const auto run = [](std::uint64_t seed) {
+    SimNet net(seed, {.loss = 0.2, .duplication = 0.05, .jitter = 10ms});
+    net.add_team(4, sim::ring(4));
+    for (std::size_t i = 0; i < 4; ++i) write_some(net, i);
+    std::vector<std::uint64_t> all{};
+    net.tap = [&](std::size_t to, const Endpoint&, std::span<const std::uint8_t> bytes) {
+      all.push_back(wire::body_hash(static_cast<std::uint16_t>(to), bytes));
+    };
+    net.run_for(5s);
+    return all;
+  };
+  EXPECT_EQ(run(4), run(4));
+  EXPECT_NE(run(4), run(5));
+}
+
+TEST(Replication, LateJoinerGetsEverything) {
+  for (const double loss : {0.0, 0.2}) {
+    SimNet net(8, {.loss = loss, .jitter = 3ms});
+    net.add_team(3, sim::line(3));
+    for (std::size_t i = 0; i < 3; ++i) write_some(net, i);
+    ASSERT_TRUE(net.run_until([&] { return net.equal(); }, 30s));
+    NodeConfig late;
+    late.peers = {SimNet::address(2)};  // it knows the last of the line; nobody knows it
+    const std::size_t joiner = net.add(late);
+    net.connect(2, joiner);
+    const Instant start = net.now();
+    ASSERT_TRUE(net.run_until([&] { return net.equal(); }, 30s));
+    EXPECT_LT(net.now() - start, 2s);  // 0.7 MB at 4 MB/s
+    write_some(net, joiner);
+    ASSERT_TRUE(net.run_until([&] { return net.equal(); }, 30s));
+    net.run_for(1s);
+    expect_same_records(net);
+  }
+}
+
+TEST(Replication, PartitionHeals) {
+  for (const double loss : {0.0, 0.3}) {
+    SimNet net(9, {.loss = loss, .jitter = 3ms});
+    net.add_team(6, sim::ring(6));
+    for (std::size_t i = 0; i < 6; ++i) net.append(i, 1, 500);
+    ASSERT_TRUE(net.run_until([&] { return net.equal(); }, 30s));
+    net.cut(2, 3);
+    net.cut(0, 5);
+    for (std::size_t i = 0; i < 6; ++i) write_some(net, i);
+    net.run_for(60s);  // longer than neighbour_timeout
+    EXPECT_FALSE(net.equal());
+    EXPECT_EQ(net.node(0).frontier(), net.node(2).frontier());
+    EXPECT_EQ(net.node(3).frontier(), net.node(5).frontier());
+    EXPECT_GE(net.node(2).counters().neighbours_lost, 1u);
+    net.connect(2, 3);
+    net.connect(0, 5);
+    const Instant healed = net.now();
+    ASSERT_TRUE(net.run_until([&] { return net.equal(); }, 30s));
+    // The next beacon may be 4 s away, and may be lost.
+    EXPECT_LT(net.now() - healed, loss == 0.0 ? 6s : 16s);
+    net.run_for(1s);
+    expect_same_records(net);
+  }
+}
+
+TEST(Replication, LargestRecordCrossesALine) {
+  for (const double loss : {0.0, 0.1, 0.3}) {
+    SimNet net(10, {.loss = loss, .duplication = 0.05, .delay = 2ms, .jitter = 2ms});
+    net.add_team(3, sim::line(3));
+    net.append(0, 3, kMaxRecordBytes);
+    net.append(0, 3, kMaxRecordBytes - 1);
+    net.append(2, 3, kMaxRecordBytes);
+    const Instant start = net.now();
+    ASSERT_TRUE(net.run_until([&] { return net.equal(); }, 60s));
+    printf("line of 3, 3 MiB, loss %2.0f %%: %.2f s\n", loss * 100, to_seconds(net.now() - start));
+    net.run_for(1s);
+    expect_same_records(net);
+    EXPECT_EQ(net.node(1).counters().of(Refusal::data_bad_hash), 0u);
+  }
+}
+
+TEST(Replication, TooLargeAndUnknownLaneAreRefused) {
+  MemoryStore store(10u << 20);
+  Node node({.self = RobotId::from_name("a"), .peers = {}, .group = {}}, store);
+  EXPECT_FALSE(node.append(Instant{}, 3, 1, std::vector<std::uint8_t>(kMaxRecordBytes + 1)));
+  EXPECT_FALSE(node.append(Instant{}, kLaneCount, 1, {}));
+  EXPECT_EQ(node.counters().of(Refusal::append_refused), 2u);
+  EXPECT_TRUE(node.frontier().empty());
+}
+
+std::vector<int> distances(std::size_t n, const std::vector<Edge>& edges, std::size_t from) {
+  std::vector<int> distance(n, -1);
+  distance[from] = 0;
+  for (std::size_t round = 0; round < n; ++round)
+    for (const auto& [a, b] : edges) {
+      if (distance[a] >= 0 && (distance[b] < 0 || distance[b] > distance[a] + 1)) distance[b] = distance[a] + 1;
+      if (distance[b] >= 0 && (distance[a] < 0 || distance[a] > distance[b] + 1)) distance[a] = distance[b] + 1;
+    }
+  return distance;
+}
+
+TEST(Replication, FirstArrivalTakesAShortestPath) {
+  constexpr std::size_t kRobots = 9;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    sim::Random random(seed);
+    auto edges = sim::line(kRobots);  // connected, with random short cuts
+    for (int k = 0; k < 5; ++k) {
+      const std::size_t a = random.below(kRobots), b = random.below(kRobots);
+      if (a != b) edges.emplace_back(std::minmax(a, b));
+    }
+    SimNet net(seed, {.delay = 5ms});
+    net.add_team(kRobots, edges);
+    net.run_for(1s);
+    for (std::size_t from = 0; from < kRobots; ++from) {
+      const RecordId small = net.append(from, 1, 400), large = net.append(from, 3, 8000);
+      ASSERT_TRUE(net.run_until([&] { return net.equal(); }, 10s));
+      const auto distance = distances(kRobots, edges, from);
+      for (std::size_t to = 0; to < kRobots; ++to) {
+        EXPECT_EQ(net.node(to).hops(small), distance[to]) << seed << ": " << from << " to " << to;
+        EXPECT_EQ(net.node(to).hops(large), distance[to]) << seed << ": " << from << " to " << to;
+      }
+      net.run_for(200ms);
+    }
+  }
+}
+
+TEST(Replication, PosesOvertakeVoxels) {
+  SimNet net(12, {.delay = 2ms});
+  NodeConfig slow;
+  slow.bytes_per_second = 200'000;
+  net.add_team(2, sim::line(2), slow);
+  net.run_for(1s);
+  for (int k = 0; k < 4; ++k) net.append(0, 3, 500'000);  // ten seconds of traffic
+  net.run_for(2s);
+  for (int k = 0; k < 5; ++k) {
+    const RecordId pose = net.append(0, 1, 400);
+    const Instant start = net.now();
+    ASSERT_TRUE(net.run_until([&] { return net.node(1).hops(pose).has_value(); }, 5s));
+    EXPECT_LT(net.now() - start, 100ms);
+    net.run_for(300ms);
+  }
+  EXPECT_FALSE(net.equal());
+}
+
+TEST(Replication, BodiesArePaced) {
+  SimNet net(13, {.delay = 1ms});
+  NodeConfig config;
+  config.bytes_per_second = 1'000'000;
+  config.train_datagrams = 8;
+  net.add_team(2, sim::line(2), config);
+  net.run_for(1s);
+  std::vector<std::pair<Instant, std::size_t>> arrivals;
+  net.tap = [&](std::size_t to, const Endpoint&, std::span<const std::uint8_t> bytes) {
+    if (to == 1) arrivals.emplace_back(net.now(), bytes.size());
+  };
+  net.append(0, 3, 1'000'000);
+  ASSERT_TRUE(net.run_until([&] { return net.equal(); }, 10s));
+  std::size_t most = 0, sum = 0;
+  for (std::size_t first = 0, last = 0; last < arrivals.size(); ++last) {
+    sum += arrivals[last].second;
+    while (arrivals[last].first - arrivals[first].first >= 10ms) sum -= arrivals[first++].second;
+    most = std::max(most, sum);
+  }
+  EXPECT_LE(most, 10'000u + 10 * kMaxDatagramBytes);  // 10 ms of the rate, a train, and a little control
+  EXPECT_GE(arrivals.size(), 900u);
+}
+
+TEST(Replication, NothingIsSentWithoutNeedWhenIdle) {
+  SimNet net(14, {.delay = 2ms});
+  net.add_team(3, sim::line(3));
+  for (std::size_t i = 0; i < 3; ++i) write_some(net, i);
+  net.run_for(20s);
+  ASSERT_TRUE(net.equal());
+  const std::uint64_t before = net.bytes_carried();
+  net.run_for(60s);
+  EXPECT_LT(net.bytes_carried() - before, 60u * 3 * 150);  // bytes/s a robot
+  EXPECT_EQ(net.node(1).counters().duplicate_body_bytes, 0u);
+}
+
+TEST(Replication, SmallReassemblyBudgetIsEnough) {
+  SimNet net(15, {.loss = 0.1, .jitter = 3ms});
+  NodeConfig config;
+  config.reassembly_bytes = 300'000;
+  net.add_team(3, sim::line(3), config);
+  for (int k = 0; k < 20; ++k) {
+    net.append(0, 3, 100'000);
+    net.append(2, 2, 60'000);
+  }
+  ASSERT_TRUE(net.run_until([&] { return net.equal(); }, 120s));
+  net.run_for(1s);
+  expect_same_records(net);
+}
+
+TEST(Replication, FullStoreRefusesVoxelsAndKeepsPosesComing) {
+  SimNet net(16, {});
+  NodeConfig config;
+  config.peers = {SimNet::address(1)};
+  net.add(config);
+  config.peers = {SimNet::address(0)};
+  net.add(config, 500'000);
+  net.connect(0, 1);
+  for (int k = 0; k < 10; ++k) net.append(0, 3, 100'000);
+  for (int k = 0; k < 30; ++k) net.append(0, 1, 100);
+  const LogId poses{RobotId::from_name("robot0"), 1, 1};
+  ASSERT_TRUE(net.run_until(
+      [&] { return net.node(1).frontier().contains(poses) && net.node(1).frontier().at(poses) == 30; }, 10s));
+  net.run_for(5s);
+  EXPECT_GT(net.node(1).counters().of(Refusal::store_refused), 0u);
+  EXPECT_LE(net[1].store->used(), 500'000u);
+  EXPECT_LT(net.node(1).counters().bytes_received, 1'500'000u);  // what has no room is not fetched again and again
+}
+
+TEST(Replication, AnotherNeighbourTakesOver) {
+  SimNet net(17, {.delay = 3ms});
+  net.add_team(4, {{0, 1}, {0, 2}, {1, 3}, {2, 3}});
+  for (int k = 0; k < 8; ++k) net.append(0, 3, 200'000);
+  ASSERT_TRUE(net.run_until(
+      [&] {
+        return net.node(1).frontier() == net.node(0).frontier() && net.node(2).frontier() == net.node(0).frontier();
+      },
+      10s));
+  ASSERT_FALSE(net.equal());  // the last one is still being served, by both
+  net[1].on = false;
+  const Instant start = net.now();
+  ASSERT_TRUE(net.run_until([&] { return net.equal(); }, 10s));
+  EXPECT_LT(net.now() - start, 3s);
+  EXPECT_GT(net.node(3).counters().records_retargeted, 0u);
 }
 
 }  // namespace

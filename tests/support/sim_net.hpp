@@ -32,6 +32,11 @@ class Random {  // xorshift64*
   std::uint64_t state_;
 };
 
+inline RobotId numbered(std::string name, std::size_t i) {
+  name += std::to_string(i);
+  return RobotId::from_name(name);
+}
+
 using Edge = std::pair<std::size_t, std::size_t>;
 inline std::vector<Edge> line(std::size_t n) {
   std::vector<Edge> edges;
@@ -92,7 +97,7 @@ class SimNet {
   }
   std::size_t add(NodeConfig config, std::size_t store_bytes = 64u << 20) {
     const std::size_t i = robots_.size();
-    if (config.self == RobotId{}) config.self = RobotId::from_name("robot" + std::to_string(i));
+    if (config.self == RobotId{}) config.self = numbered("robot", i);
     robots_.push_back({});
     Robot& robot = robots_.back();
     robot.endpoint = address(i);
@@ -108,7 +113,7 @@ class SimNet {
     robot.node.reset();
     robot.applied.clear();
     robot.store = std::make_unique<MemoryStore>(64u << 20);
-    if (config.self == RobotId{}) config.self = RobotId::from_name("robot" + std::to_string(i));
+    if (config.self == RobotId{}) config.self = numbered("robot", i);
     robot.node = std::make_unique<Node>(config, *robot.store);
   }
 
