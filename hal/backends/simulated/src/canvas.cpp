@@ -50,7 +50,7 @@ void Canvas::add_noise(Random& random, double cell_m, double stretch, int octave
   for (int i = 0; i < octaves && cell * std::min(1.0, stretch) >= 1.5; ++i) {
     add_octave(random.next(), cell * stretch, cell, amplitude);
     cell /= 2;
-    amplitude /= 2;
+    amplitude *= 0.6;
   }
 }
 

@@ -14,8 +14,8 @@ class Canvas {
  public:
   Canvas(double width_m, double height_m, double texel_m, double brightness);
 
-  // Adds value noise: octaves of halving cell size (cell_m at first; stretch times as long along u) and halving
-  // amplitude, within +-amplitude of the first octave.
+  // Adds value noise: octaves of halving cell size (cell_m at first; stretch times as long along u), the first
+  // within +-amplitude, each next one 0.6 of it.
   void add_noise(Random& random, double cell_m, double stretch, int octaves, double amplitude);
   // Adds +-amplitude to each texel alone.
   void add_grain(Random& random, double amplitude);

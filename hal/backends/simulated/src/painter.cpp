@@ -24,23 +24,23 @@ struct Recipe {
 Recipe recipe_of(Style style) {
   switch (style) {
     case Style::wallpaper:
-      return {.004, 150, .50, 1, 26, 42, .015, .20, 70, {205, 190, 160}, .45};
+      return {.004, 145, .40, 1, 34, 75, .022, .24, 100, {215, 200, 170}, .5};
     case Style::plaster:
-      return {.004, 160, .60, 1, 26, 26, .012, .12, 60, {210, 205, 195}, .15};
+      return {.004, 150, .45, 1, 34, 60, .020, .20, 90, {215, 210, 200}, .3};
     case Style::ceiling:
-      return {.010, 190, .80, 1, 12, 6, .03, .12, 25, {225, 225, 220}, .0};
+      return {.010, 180, .80, 1, 20, 10, .05, .20, 45, {225, 225, 220}, .1};
     case Style::planks:
-      return {.004, 125, .06, 9, 26, 10, .008, .05, 55, {165, 115, 70}, .1};
+      return {.004, 125, .06, 9, 30, 26, .010, .08, 70, {180, 130, 80}, .15};
     case Style::tiles:
-      return {.004, 140, .25, 1, 24, 30, .010, .12, 70, {180, 175, 165}, .3};
+      return {.004, 140, .25, 1, 32, 55, .015, .16, 90, {190, 185, 175}, .4};
     case Style::concrete:
-      return {.004, 130, .40, 1, 34, 34, .012, .15, 60, {150, 150, 145}, .15};
+      return {.004, 130, .40, 1, 42, 65, .018, .20, 90, {165, 165, 160}, .3};
     case Style::carpet:
-      return {.003, 110, .12, 1, 16, 110, .015, .22, 95, {150, 60, 55}, .8};
+      return {.003, 115, .12, 1, 20, 120, .020, .25, 105, {160, 70, 60}, .8};
     case Style::wood:
-      return {.003, 130, .05, 7, 30, 24, .006, .04, 60, {150, 100, 60}, .15};
+      return {.003, 130, .05, 7, 34, 40, .010, .07, 75, {165, 115, 70}, .2};
     case Style::fabric:
-      return {.003, 125, .10, 1, 20, 75, .010, .09, 65, {95, 110, 140}, .7};
+      return {.003, 125, .10, 1, 26, 100, .015, .12, 85, {105, 120, 150}, .7};
     case Style::picture:
       return {.0025, 120, .15, 1, 34, 160, .012, .25, 105, {140, 130, 110}, 1};
     case Style::poster:
@@ -48,15 +48,15 @@ Recipe recipe_of(Style style) {
     case Style::book:
       return {.002, 120, .05, 1, 14, 300, .006, .03, 85, {130, 90, 80}, 1};
     case Style::cardboard:
-      return {.003, 140, .12, 1, 22, 34, .010, .08, 70, {180, 140, 95}, .15};
+      return {.003, 140, .12, 1, 28, 50, .014, .10, 85, {190, 150, 105}, .2};
     case Style::metal:
-      return {.003, 135, .20, 3, 24, 40, .008, .08, 70, {140, 150, 160}, .5};
+      return {.003, 135, .20, 3, 30, 70, .014, .12, 90, {150, 160, 170}, .6};
     case Style::leaves:
       return {.003, 70, .06, 1, 24, 700, .015, .07, 75, {70, 120, 50}, .1};
     case Style::screen:
-      return {.002, 60, .20, 1, 16, 60, .010, .15, 95, {90, 110, 140}, .9};
+      return {.002, 75, .20, 1, 20, 90, .014, .18, 110, {100, 120, 150}, .9};
     case Style::door:
-      return {.003, 140, .16, .15, 20, 20, .008, .06, 60, {170, 130, 90}, .2};
+      return {.003, 140, .16, .15, 24, 40, .012, .09, 75, {180, 140, 100}, .25};
     case Style::outdoors:
       return {.004, 170, .40, 1, 44, 60, .02, .25, 80, {150, 190, 210}, .7};
   }
@@ -86,7 +86,7 @@ Colour any_colour(Random& random) {
 void choose_colours(Texture& texture, Random& random, const Recipe& recipe, double light) {
   const Colour base = mix(recipe.base, any_colour(random), 0.15 + 0.6 * recipe.vivid);
   const Colour accent = mix(base, any_colour(random), 0.2 + 0.6 * recipe.vivid);
-  const std::array<Colour, 4> stops{mix(base, {18, 16, 20}, 0.92), mix(base, {30, 28, 30}, 0.25),
+  const std::array<Colour, 4> stops{mix(base, {18, 16, 20}, 0.92), mix(base, {30, 28, 30}, 0.1),
                                     mix(accent, {200, 200, 200}, 0.15), mix(accent, {250, 248, 240}, 0.8)};
   constexpr std::array<int, 4> kAt{0, 110, 185, 256};
   for (int i = 0; i < 256; ++i) {

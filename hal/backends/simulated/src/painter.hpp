@@ -26,7 +26,7 @@ enum class Style {
 };
 
 // Paints one surface. The key decides every mark and colour: equal keys give equal surfaces, unlike ones nothing in
-// common. light: how bright the surface stands, 0..1.
+// common. light: how bright the surface stands, about 1.
 Texture paint(Style style, std::uint64_t key, double width_m, double height_m, double light);
 
 }  // namespace onemap::hal::simulated

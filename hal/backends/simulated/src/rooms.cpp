@@ -100,7 +100,6 @@ void office(SceneBuilder& b) {
     b.place(x, r.range(-.5, .5), r.uniform());
     armchair(b);
   }
-  b.walk().half_x_m = 1.3;
 }
 
 void storage(SceneBuilder& b) {
@@ -145,9 +144,6 @@ void empty_hall(SceneBuilder& b) {
       b.box({0, .15, 0}, {.3, .3, 3.4}, Style::tiles, false);
     }
   }
-  b.walk().half_x_m = 1.8;
-  b.walk().half_y_m = 1.4;
-  b.walk().rate_turns_per_s = 12.0 / 360;
 }
 
 void corridor(SceneBuilder& b) {
@@ -164,11 +160,31 @@ void corridor(SceneBuilder& b) {
       b.repeat(std::nullopt);
     }
   }
-  // To and fro along the middle, eyes on one wall at a slant.
-  b.walk() = {6.0, .15, 1.4, .012, 0, 35.0 / 360, -6.0 / 360, .6, .03};
 }
 
 }  // namespace
+
+Walk walk_in(SceneName name, std::uint64_t seed) {
+  Walk walk;
+  walk.start_turns = Random(hash(seed, 6)).uniform();
+  switch (name) {
+    case SceneName::living_room:
+    case SceneName::storage:
+      break;
+    case SceneName::office:
+      walk.half_x_m = 1.3;
+      break;
+    case SceneName::empty_hall:
+      walk.half_x_m = 1.8;
+      walk.half_y_m = 1.4;
+      walk.rate_turns_per_s = 12.0 / 360;
+      break;
+    case SceneName::corridor:  // to and fro along the middle, eyes on one wall at a slant
+      walk = {6.0, .15, 1.4, .012, 0, 35.0 / 360, -6.0 / 360, .6, .03};
+      break;
+  }
+  return walk;
+}
 
 Scene build_scene(SceneName name, std::uint64_t seed) {
   SceneBuilder b(hash(hash(seed, 5), static_cast<std::uint64_t>(name)));
@@ -189,7 +205,6 @@ Scene build_scene(SceneName name, std::uint64_t seed) {
       corridor(b);
       break;
   }
-  if (name != SceneName::corridor) b.walk().start_turns = b.random().uniform();
   return b.take();
 }
 

@@ -9,7 +9,7 @@ constexpr Vec3 kX{1, 0, 0}, kY{0, 1, 0}, kZ{0, 0, 1};
 double light_on(Vec3 normal) {
   constexpr Vec3 kLamp{0.12, 0.16, 0.98}, kWindow{0.78, -0.55, 0.3};
   const double lamp = dot(normal, kLamp), window = dot(normal, kWindow);
-  return 0.62 + 0.22 * (lamp > 0 ? lamp : 0.0) + 0.2 * (window > 0 ? window : 0.0);
+  return 0.76 + 0.22 * (lamp > 0 ? lamp : 0.0) + 0.2 * (window > 0 ? window : 0.0);
 }
 
 void SceneBuilder::place(double x, double y, double turns, double z) {

@@ -31,18 +31,17 @@ struct Walk {
   double rate_turns_per_s = 17.0 / 360;  // round the ellipse
   double turn = 1;                       // turns of the eyes a turn round the ellipse
   double yaw_turns = 0;                  // of the eyes where turn = 0
-  double pitch_turns = -13.0 / 360;
-  double start_turns = 0, spacing_turns = 30.0 / 360;
+  double pitch_turns = -17.0 / 360;
+  double start_turns = 0, spacing_turns = 18.0 / 360;
 };
 
 struct Scene {
   std::vector<Patch> patches;
   std::vector<Curved> curved;
   std::vector<Texture> textures;
-  Walk walk;
 };
 
-// Light on a surface with the given normal, 0..1: a lit ceiling and a window; the same for every robot.
+// Light on a surface with the given normal, about 1: a lit ceiling and a window; the same for every robot.
 double light_on(Vec3 normal);
 
 // Puts furniture together in local coordinates: x along its front, y from its back to its front, z up.
@@ -67,7 +66,6 @@ class SceneBuilder {
 
   Random& random() { return random_; }
   Scene take() { return std::move(scene_); }
-  Walk& walk() { return scene_.walk; }
 
  private:
   void add_patch(Vec3 origin, Vec3 u, Vec3 v, double size_u, double size_v, Style style, bool round = false);

@@ -27,6 +27,7 @@ class SimulatedCamera final : public DepthCamera {
       : options_(options),
         intrinsics_(options.intrinsics()),
         scene_(build_scene(options.scene, options.seed)),
+        walk_(walk_in(options.scene, options.seed)),
         caster_(scene_, intrinsics_),
         sensor_(options),
         row_(options.width) {}
@@ -36,7 +37,7 @@ class SimulatedCamera final : public DepthCamera {
   Grab grab(Frame& into, std::chrono::milliseconds) override {
     if (next_ == options_.frames) return Grab::end;
     assert(into.depth().size() == static_cast<std::size_t>(options_.width) * static_cast<std::size_t>(options_.height));
-    caster_.start(pose_at(scene_.walk, options_, next_));
+    caster_.start(pose_at(walk_, options_, next_));
     for (int y = 0; y < options_.height; ++y) {
       caster_.cast(y, row_);
       sensor_.take(next_, y, row_, into.rgb(), into.depth());
@@ -59,6 +60,7 @@ class SimulatedCamera final : public DepthCamera {
   const Options options_;
   const Intrinsics intrinsics_;
   const Scene scene_;
+  const Walk walk_;
   Caster caster_;
   Sensor sensor_;
   Row row_;
@@ -77,7 +79,7 @@ Result<std::unique_ptr<DepthCamera>> open_simulated(const CameraAddress& address
 Result<std::vector<SimulatedPose>> simulated_truth(const CameraAddress& address) {
   auto options = parse_options(address);
   if (!options) return options.error();
-  const Walk walk = build_scene(options->scene, options->seed).walk;
+  const Walk walk = walk_in(options->scene, options->seed);
   std::vector<SimulatedPose> truth;
   truth.reserve(options->frames);
   for (std::uint64_t frame = 0; frame < options->frames; ++frame) {

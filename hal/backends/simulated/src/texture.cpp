@@ -4,10 +4,11 @@
 
 namespace onemap::hal::simulated {
 
-Texture::Texture(const std::vector<std::uint8_t>& base, int width, int height, double texel_m)
-    : texels_(base), texel_m_(texel_m) {
+Texture::Texture(const std::vector<std::uint8_t>& base, int width, int height, double texel_m) : texel_m_(texel_m) {
   assert(width >= 2 && height >= 2 &&
          base.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  texels_.reserve(base.size() * 4 / 3 + 4 * static_cast<std::size_t>(width + height));
+  texels_.assign(base.begin(), base.end());
   levels_[0] = {0, width, height};
   int count = 1;
   while (count < kMaxLevels && std::min(levels_[static_cast<std::size_t>(count - 1)].width,
