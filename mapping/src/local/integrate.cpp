@@ -7,7 +7,8 @@
 namespace onemap::mapping {
 namespace {
 
-constexpr int kRayStride = 4;  // pixels; at 4 m and fx = 517 the rays are 3 cm apart, a fifth of a block of 2 cm voxels
+constexpr float kRaysPerUnit =
+    128;  // density of the rays that look for blocks: at 4 m they are 3 cm apart, a fifth of a block
 constexpr double kFarthestPose_m = 1e6;
 constexpr float kColorBand_voxels = 2;  // every corner of a cell that the surface crosses is nearer than this
 
@@ -85,10 +86,11 @@ void VoxelMap::touch_segment(const Vector3f& from, const Vector3f& to) {
 void VoxelMap::touch_seen_blocks(const Camera& camera) {
   seen_.clear();
   const float inv_fx = 1 / view_.fx(), inv_fy = 1 / view_.fy();
-  for (int v = 1 + kRayStride / 2; v < view_.height() - 1; v += kRayStride) {
+  const int stride = view_.fx() > kRaysPerUnit ? static_cast<int>(view_.fx() / kRaysPerUnit) : 1;
+  for (int v = 1 + stride / 2; v < view_.height() - 1; v += stride) {
     const float y = (static_cast<float>(v) + 0.5f - view_.cy()) * inv_fy;
     const float* depth = view_.depth_m() + static_cast<std::ptrdiff_t>(v) * view_.width();
-    for (int u = 1 + kRayStride / 2; u < view_.width() - 1; u += kRayStride) {
+    for (int u = 1 + stride / 2; u < view_.width() - 1; u += stride) {
       if (depth[u] == 0) continue;
       const Vector3f ray((static_cast<float>(u) + 0.5f - view_.cx()) * inv_fx, y, 1);
       const Vector3f direction = camera.R_block_camera * ray;

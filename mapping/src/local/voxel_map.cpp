@@ -59,6 +59,16 @@ VoxelMap::VoxelMap(const VoxelMapConfig& config)
   slots_.assign(slots_for(capacity_blocks_), -1);
 }
 
+void VoxelMap::clear() {
+  const std::size_t used = keys_.size();
+  std::fill_n(voxels_.begin(), used * kBlockVoxels, Voxel{});
+  std::fill_n(touched_.begin(), used, 0);
+  std::fill_n(changed_.begin(), used, std::uint8_t{0});
+  std::fill(slots_.begin(), slots_.end(), -1);
+  keys_.clear();
+  counters_ = {};
+}
+
 std::size_t VoxelMap::bytes() const {
   return view_.bytes() + capacity_blocks_ * kBytesPerBlock + slots_.size() * sizeof(std::int32_t);
 }

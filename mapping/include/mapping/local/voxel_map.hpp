@@ -110,6 +110,8 @@ class VoxelMap {
   // Finds or allocates; nullptr when the pool is full (counted).
   Voxel* find_or_add(const BlockKey& key);
 
+  void clear();  // empty again; keeps the memory
+
   std::size_t capacity() const { return capacity_blocks_; }  // blocks
   std::size_t used() const { return keys_.size(); }          // blocks
   std::size_t bytes() const;

@@ -15,8 +15,15 @@ struct AtlasConfig {
   VoxelMapConfig map;  // the global map's voxel size and budget
 };
 
-// The submap record of some blocks of a local map.
+// The submap record of some blocks of a local map (those that the map has, sorted, each once), in the robot's own
+// frame.
 SubmapRecord make_submap(const VoxelMap& map, std::span<const BlockKey> blocks);
+
+struct AtlasCounters {                // of the last rebuild
+  std::uint64_t robots = 0;           // in the solution and with submaps
+  std::uint64_t blocks = 0;           // of the robots, each counted once in its latest version
+  std::uint64_t blocks_left_out = 0;  // their voxels are more than 4 times larger or smaller than the global map's
+};
 
 class Atlas {
  public:
@@ -27,14 +34,31 @@ class Atlas {
     const SubmapRecord* record = nullptr;
   };
   // Builds the global map anew. Robots that the solution does not contain are left out. A block that a robot published
-  // again (a later sequence) replaces its earlier version. The order of the submaps does not matter.
+  // again (a later sequence) replaces its earlier version. The order of the submaps does not matter. The records must
+  // have passed decode_submap() (or come from make_submap()) and live until the call returns.
   void rebuild(const SolutionRecord& solution, std::span<const Submap> submaps);
   const VoxelMap& map() const;
+  const AtlasCounters& counters() const;
   std::uint64_t digest() const;  // of the map and the solution
 
  private:
   struct Impl;
   std::shared_ptr<Impl> impl_;
 };
+
+// One robot's block in the version that counts.
+struct AtlasBlock {
+  RobotId robot;
+  std::int32_t voxel_um = 0, truncation_um = 0;
+  std::uint32_t sequence = 0;
+  const SubmapBlock* block = nullptr;
+};
+// The latest version of every block of every robot, sorted by robot, voxel size, truncation and key.
+std::vector<AtlasBlock> latest_blocks(std::span<const Atlas::Submap> submaps);
+
+// Resamples the blocks of one robot with one voxel size (a run of latest_blocks()) into `map`: every voxel of `map`
+// whose centre falls between eight observed voxels of the robot gets their trilinear mean and weight. Exact integers:
+// equal on every machine; T = identity with equal voxel sizes copies.
+void fuse_robot(std::span<const AtlasBlock> blocks, const QuantizedPose& T_global_robot, VoxelMap& map);
 
 }  // namespace onemap::mapping

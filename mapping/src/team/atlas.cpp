@@ -1,0 +1,85 @@
+#include "mapping/team/atlas.hpp"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <tuple>
+
+namespace onemap::mapping {
+namespace {
+
+constexpr std::int64_t kLargestRatio = 4;  // of voxel sizes; beyond it resampling would skip or smear surfaces
+
+auto place_of(const AtlasBlock& b) { return std::tie(b.robot, b.voxel_um, b.truncation_um, b.block->key); }
+
+bool same_source(const AtlasBlock& a, const AtlasBlock& b) {
+  return a.robot == b.robot && a.voxel_um == b.voxel_um && a.truncation_um == b.truncation_um;
+}
+
+VoxelMapConfig without_images(VoxelMapConfig config) {
+  config.image_pixels = 0;
+  return config;
+}
+
+}  // namespace
+
+std::vector<AtlasBlock> latest_blocks(std::span<const Atlas::Submap> submaps) {
+  std::vector<AtlasBlock> out;
+  for (const Atlas::Submap& submap : submaps)
+    for (const SubmapBlock& block : submap.record->blocks)
+      out.push_back({submap.robot, submap.record->voxel_um, submap.record->truncation_um, submap.sequence, &block});
+  std::sort(out.begin(), out.end(), [](const AtlasBlock& a, const AtlasBlock& b) {
+    const auto pa = place_of(a), pb = place_of(b);
+    return pa != pb ? pa < pb : a.sequence > b.sequence;  // the latest first
+  });
+  const auto same_place = [](const AtlasBlock& a, const AtlasBlock& b) { return place_of(a) == place_of(b); };
+  out.erase(std::unique(out.begin(), out.end(), same_place), out.end());
+  return out;
+}
+
+struct Atlas::Impl {
+  explicit Impl(const AtlasConfig& config) : map(without_images(config.map)) {}
+  VoxelMap map;
+  SolutionRecord solution;
+  AtlasCounters counters;
+};
+
+Atlas::Atlas(const AtlasConfig& config) : impl_(std::make_shared<Impl>(config)) {}
+
+void Atlas::rebuild(const SolutionRecord& solution, std::span<const Submap> submaps) {
+  impl_->solution = solution;
+  impl_->counters = {};
+  impl_->map.clear();
+  std::vector<Submap> placed;
+  const auto pose_of = [&](const RobotId& robot) {
+    const auto at = std::lower_bound(solution.robots.begin(), solution.robots.end(), robot,
+                                     [](const SolvedRobot& s, const RobotId& id) { return s.robot < id; });
+    return at != solution.robots.end() && at->robot == robot ? &at->T_global_robot : nullptr;
+  };
+  std::copy_if(submaps.begin(), submaps.end(), std::back_inserter(placed),
+               [&](const Submap& s) { return pose_of(s.robot) != nullptr; });
+  const std::vector<AtlasBlock> blocks = latest_blocks(placed);
+  impl_->counters.blocks = blocks.size();
+  const auto global_um = static_cast<std::int64_t>(static_cast<double>(impl_->map.config().voxel_m) * 1e6 + 0.5);
+  for (auto first = blocks.begin(); first != blocks.end();) {
+    const auto last =
+        std::find_if_not(first, blocks.end(), [&](const AtlasBlock& b) { return same_source(b, *first); });
+    if (first == blocks.begin() || std::prev(first)->robot != first->robot) ++impl_->counters.robots;
+    if (first->voxel_um > kLargestRatio * global_um || kLargestRatio * first->voxel_um < global_um)
+      impl_->counters.blocks_left_out += static_cast<std::uint64_t>(last - first);
+    else
+      fuse_robot({first, last}, *pose_of(first->robot), impl_->map);
+    first = last;
+  }
+}
+
+const VoxelMap& Atlas::map() const { return impl_->map; }
+const AtlasCounters& Atlas::counters() const { return impl_->counters; }
+
+std::uint64_t Atlas::digest() const {
+  std::vector<std::uint8_t> bytes = encode(impl_->solution);
+  ByteWriter(bytes).put(impl_->map.digest());
+  return XXH64(bytes.data(), bytes.size(), 0);
+}
+
+}  // namespace onemap::mapping

@@ -1,0 +1,157 @@
+#include "mapping/local/surface.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "support/analytic_scene.hpp"
+
+namespace onemap::mapping {
+namespace {
+
+using test::look_at;
+using test::Scene;
+
+// A map filled from a signed distance (metres, negative inside), without a camera.
+template <class Distance>
+void fill(VoxelMap& map, int reach_blocks, Distance&& distance) {
+  for (std::int32_t z = -reach_blocks; z < reach_blocks; ++z)
+    for (std::int32_t y = -reach_blocks; y < reach_blocks; ++y)
+      for (std::int32_t x = -reach_blocks; x < reach_blocks; ++x) {
+        Voxel* block = map.find_or_add({x, y, z});
+        ASSERT_NE(block, nullptr);
+        for (int i = 0; i < kBlockVoxels; ++i) {
+          const Vector3d p = Vector3d(8 * x + i % 8 + 0.5, 8 * y + i / 8 % 8 + 0.5, 8 * z + i / 64 + 0.5) * 0.02;
+          const double units = distance(p) / 0.06 * kTsdfOne;
+          if (units >= -kTsdfOne && units <= kTsdfOne) block[i].add_tsdf(static_cast<int>(std::lround(units)), 4);
+        }
+      }
+}
+
+// The directed edges of the triangles, and how often each occurs.
+std::map<std::pair<std::uint32_t, std::uint32_t>, int> directed_edges(const TriangleMesh& mesh) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> out;
+  for (const auto& t : mesh.triangles)
+    for (std::size_t i = 0; i < 3; ++i) ++out[{t[i], t[(i + 1) % 3]}];
+  return out;
+}
+
+// A surface without border has every edge as often in one direction as in the other.
+bool is_closed(const TriangleMesh& mesh) {
+  const auto edges = directed_edges(mesh);
+  return std::all_of(edges.begin(), edges.end(), [&](const auto& e) {
+    const auto back = edges.find({e.first.second, e.first.first});
+    return back != edges.end() && back->second == e.second;
+  });
+}
+
+bool is_manifold(const TriangleMesh& mesh) {
+  const auto edges = directed_edges(mesh);
+  return std::all_of(edges.begin(), edges.end(), [](const auto& e) { return e.second == 1; });
+}
+
+double volume(const TriangleMesh& mesh) {
+  double out = 0;
+  for (const auto& t : mesh.triangles)
+    out += mesh.vertices[t[0]].cast<double>().dot(
+               mesh.vertices[t[1]].cast<double>().cross(mesh.vertices[t[2]].cast<double>())) /
+           6;
+  return out;
+}
+
+TEST(Surface, SphereIsClosedWeldedAndOriented) {
+  VoxelMap map{VoxelMapConfig{}};
+  const Vector3d centre(0.013, -0.021, 0.007);
+  fill(map, 3, [&](const Vector3d& p) { return (p - centre).norm() - 0.3; });
+  const TriangleMesh mesh = extract_mesh(map);
+  ASSERT_GT(mesh.triangles.size(), 1000u);
+  EXPECT_TRUE(is_closed(mesh));
+  EXPECT_TRUE(is_manifold(mesh));
+  // Euler: V - E + F = 2 with E = 3 F / 2, so V = F / 2 + 2, which doubled vertices would break.
+  EXPECT_EQ(mesh.vertices.size(), mesh.triangles.size() / 2 + 2);
+  EXPECT_NEAR(volume(mesh), 4.0 / 3 * 3.14159265 * 0.027, 0.001);  // positive: counter-clockwise from outside
+  double worst = 0, least_cosine = 1;
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const Vector3d d = mesh.vertices[i].cast<double>() - centre;
+    worst = std::max(worst, std::abs(d.norm() - 0.3));
+    least_cosine = std::min(least_cosine, mesh.normals[i].cast<double>().dot(d.normalized()));
+  }
+  EXPECT_LT(worst, 0.02 * 0.05);  // a twentieth of a voxel
+  EXPECT_GT(least_cosine, 0.99);
+}
+
+// Random signs make every case of the table and every ambiguous face occur: still no holes.
+TEST(Surface, EveryCaseClosesWithItsNeighbours) {
+  VoxelMap map{VoxelMapConfig{}};
+  std::uint64_t state = 88172645463325252u;
+  for (std::int32_t b = 0; b < 8; ++b) {
+    Voxel* block = map.find_or_add({b & 1, (b >> 1) & 1, (b >> 2) & 1});
+    for (int i = 0; i < kBlockVoxels; ++i) {
+      state ^= state << 13;
+      state ^= state >> 7;
+      state ^= state << 17;
+      const int x = 8 * (b & 1) + i % 8, y = 8 * ((b >> 1) & 1) + i / 8 % 8, z = 8 * (b >> 2) + i / 64;
+      const bool border = std::min({x, y, z}) == 0 || std::max({x, y, z}) == 15;
+      block[i].add_tsdf(border || state % 2 == 0 ? 300 : -300, 2);
+    }
+  }
+  const TriangleMesh mesh = extract_mesh(map);
+  EXPECT_GT(mesh.triangles.size(), 5000u);
+  EXPECT_TRUE(is_closed(mesh));
+  EXPECT_GT(volume(mesh), 0);
+}
+
+TEST(Surface, LeavesOutLightVoxelsAndFalseSteps) {
+  VoxelMap map{VoxelMapConfig{}};
+  Voxel* block = map.find_or_add({0, 0, 0});
+  for (int i = 0; i < kBlockVoxels; ++i) block[i].add_tsdf(i / 64 < 4 ? -200 : 200, 2);
+  EXPECT_EQ(extract_mesh(map, 2).triangles.size(), 7u * 7 * 2);
+  EXPECT_EQ(extract_points(map, 2).points.size(), 64u);
+  EXPECT_TRUE(extract_mesh(map, 3).triangles.empty());
+  EXPECT_TRUE(extract_points(map, 3).points.empty());
+  for (int i = 0; i < kBlockVoxels; ++i) {
+    block[i] = {};
+    block[i].add_tsdf(i / 64 < 4 ? -900 : 900, 2);  // from the back of one surface to the front of another
+  }
+  EXPECT_TRUE(extract_mesh(map, 2).triangles.empty());
+  EXPECT_TRUE(extract_points(map, 2).points.empty());
+}
+
+// A room with a sphere seen by a moving camera: the surface found lies on the true one, once, with its colour and
+// normal.
+TEST(Surface, OfARenderedRoomLiesOnTheTruth) {
+  Scene scene;
+  scene.spheres.push_back({Vector3d(0.1, 0.2, -0.3), 0.4});
+  for (const bool distorted : {false, true}) {
+    const auto k = test::small_camera(distorted);
+    const RayTable rays(k);
+    VoxelMap map{VoxelMapConfig{}};
+    for (int i = 0; i < 12; ++i) {
+      const double s = -0.8 + 1.6 * i / 11;
+      const auto frame = test::render(scene, k, rays, look_at({-1.2, s, 0.6 + 0.3 * s}, {0.4, 0.2 - 0.3 * s, -0.3}));
+      map.integrate(frame.view(), rays, frame.T_world_camera);
+    }
+    const TriangleMesh mesh = extract_mesh(map);
+    ASSERT_GT(mesh.vertices.size(), 15000u);
+    double sum = 0, cosine = 0, color = 0;
+    std::size_t far = 0;
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+      const Vector3d p = mesh.vertices[i].cast<double>();
+      const double error = scene.distance(p);
+      sum += error;
+      far += error > 0.02;
+      cosine += mesh.normals[i].cast<double>().dot(scene.normal(p));
+      for (int c = 0; c < 3; ++c) color += std::abs(mesh.colors[i][static_cast<std::size_t>(c)] - Scene::color(p, c));
+    }
+    const auto n = static_cast<double>(mesh.vertices.size());
+    EXPECT_LT(sum / n, 0.1 * 0.02) << "mean error, a tenth of a voxel";
+    EXPECT_LT(static_cast<double>(far), 0.002 * n) << "farther than a voxel";
+    EXPECT_GT(cosine / n, 0.98);
+    EXPECT_LT(color / n / 3, 8);
+    const ColoredCloud cloud = extract_points(map);
+    EXPECT_NEAR(static_cast<double>(cloud.points.size()), n, 0.1 * n);
+  }
+}
+
+}  // namespace
+}  // namespace onemap::mapping
