@@ -127,12 +127,13 @@ struct Seen {
             2 * (x * y + z * w) * v[0] + (1 - 2 * (x * x + z * z)) * v[1] + 2 * (y * z - x * w) * v[2],
             2 * (x * z - y * w) * v[0] + 2 * (y * z + x * w) * v[1] + (1 - 2 * (x * x + y * y)) * v[2]};
   }
-  double depth_m(int x, int y) const {
-    return picture.depth[static_cast<std::size_t>(y * k.width + x)] / k.depth_scale;
+  std::size_t at(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(k.width) + static_cast<std::size_t>(x);
   }
+  double depth_m(int x, int y) const { return picture.depth[at(x, y)] / k.depth_scale; }
   int grey(int x, int y) const {
-    const std::size_t at = 3 * static_cast<std::size_t>(y * k.width + x);
-    return (picture.rgb[at] + picture.rgb[at + 1] + picture.rgb[at + 2]) / 3;
+    const std::size_t i = 3 * at(x, y);
+    return (picture.rgb[i] + picture.rgb[i + 1] + picture.rgb[i + 2]) / 3;
   }
   Vec world(int x, int y) const {
     const double z = depth_m(x, y);
@@ -178,7 +179,7 @@ Agreement compare(const Seen& a, const Seen& b) {
       ++out.sampled;
       const Vec p = b.project(a.world(x, y));
       if (p[2] <= 0) continue;
-      const int u = static_cast<int>(p[0] + 0.5), v = static_cast<int>(p[1] + 0.5);
+      const int u = static_cast<int>(std::lround(p[0])), v = static_cast<int>(std::lround(p[1]));
       const double there = b.depth_m(u, v), tolerance = 0.01 * p[2];
       if (there <= 0) continue;
       ++out.in_view;

@@ -121,12 +121,15 @@ void Canvas::stamp(Mark mark, double u, double v, double half_u, double half_v, 
 }
 
 void Canvas::text(Random& random, double u0, double v0, double u1, double v1, double letter_m, double brightness) {
-  for (double v = v1 - letter_m; v > v0; v -= 1.7 * letter_m) {
+  double v = v1 - letter_m;
+  while (v > v0) {
     const double end = u0 + (u1 - u0) * random.range(0.5, 1.0);
-    for (double u = u0 + letter_m / 2; u < end; u += 1.25 * letter_m) {
-      if (random.chance(0.18)) continue;
-      stamp(Mark::glyph, u, v, letter_m / 2, letter_m / 2, 0, brightness, random.next());
+    double u = u0 + letter_m / 2;
+    while (u < end) {
+      if (!random.chance(0.18)) stamp(Mark::glyph, u, v, letter_m / 2, letter_m / 2, 0, brightness, random.next());
+      u += 1.25 * letter_m;
     }
+    v -= 1.7 * letter_m;
   }
 }
 

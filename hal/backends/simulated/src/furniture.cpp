@@ -72,8 +72,11 @@ void sofa(SceneBuilder& b, double width) {
   b.box({0, .48, .06}, {width, .84, .36}, Style::fabric, false);
   b.box({0, .14, .42}, {width, .22, .44}, Style::fabric, false);
   for (const double side : {-1., 1.}) b.box({side * (width / 2 - .1), .5, .42}, {.2, .8, .2}, Style::fabric, true);
-  for (double x = -width / 2 + .45; x < width / 2 - .3; x += .55)
+  double x = -width / 2 + .45;
+  while (x < width / 2 - .3) {
     b.turned_box({x + r.range(-.08, .08), .36, .42}, {.42, .14, .38}, r.range(-.04, .04), Style::carpet);
+    x += .55;
+  }
 }
 
 void armchair(SceneBuilder& b) {
@@ -85,8 +88,11 @@ void armchair(SceneBuilder& b) {
 
 void cupboard(SceneBuilder& b, double width, double height) {
   b.box({0, .22, 0}, {width, .44, height}, Style::door, Style::wood, false);
-  for (double z = .3; z < height - .2; z += .45)
+  double z = .3;
+  while (z < height - .2) {
     b.box({b.random().range(-.3, .3) * width, .45, z}, {.22, .02, .16}, Style::poster, false);
+    z += .45;
+  }
   if (height < 1.6) things(b, -width / 2, width / 2, .22, height);
 }
 

@@ -102,7 +102,8 @@ void choose_colours(Texture& texture, Random& random, const Recipe& recipe, doub
 
 void paint_planks(Canvas& canvas, Random& random) {
   constexpr double kWide = 0.14;
-  for (double v = 0; v < canvas.height_m(); v += kWide) {
+  double v = 0;
+  while (v < canvas.height_m()) {
     double u = -random.range(0, 1.2);
     while (u < canvas.width_m()) {
       const double end = u + random.range(0.6, 1.6);
@@ -111,16 +112,19 @@ void paint_planks(Canvas& canvas, Random& random) {
       u = end;
     }
     canvas.fill(0, v - 0.004, canvas.width_m(), v + 0.004, 45);
+    v += kWide;
   }
 }
 
 void paint_tiles(Canvas& canvas, Random& random) {
   constexpr double kSide = 0.36;
-  for (double v = 0; v < canvas.height_m(); v += kSide)
-    for (double u = 0; u < canvas.width_m(); u += kSide)
-      canvas.shift(u, v, u + kSide, v + kSide, random.range(-40, 40));
-  for (double v = 0; v < canvas.height_m(); v += kSide) canvas.fill(0, v - .006, canvas.width_m(), v + .006, 70);
-  for (double u = 0; u < canvas.width_m(); u += kSide) canvas.fill(u - .006, 0, u + .006, canvas.height_m(), 70);
+  const int columns = static_cast<int>(canvas.width_m() / kSide) + 1;
+  const int rows = static_cast<int>(canvas.height_m() / kSide) + 1;
+  for (int j = 0; j < rows; ++j)
+    for (int i = 0; i < columns; ++i)
+      canvas.shift(i * kSide, j * kSide, (i + 1) * kSide, (j + 1) * kSide, random.range(-40, 40));
+  for (int j = 0; j < rows; ++j) canvas.fill(0, j * kSide - .006, canvas.width_m(), j * kSide + .006, 70);
+  for (int i = 0; i < columns; ++i) canvas.fill(i * kSide - .006, 0, i * kSide + .006, canvas.height_m(), 70);
 }
 
 // A frame of bands along the edges, share of the shorter side.

@@ -1,6 +1,7 @@
 #include "sensor.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace onemap::hal::simulated {
 
@@ -49,7 +50,7 @@ Sensor::Sensor(const Options& options)
   for (std::size_t steps = 1; steps < kSteps; ++steps) {
     const double z = kStepsPerInverseMetre / static_cast<double>(steps);
     if (z >= options.near_m && z <= options.far_m)
-      depth_of_[steps] = static_cast<std::uint16_t>(z * kUnitsPerMetre + 0.5);
+      depth_of_[steps] = static_cast<std::uint16_t>(std::lround(z * kUnitsPerMetre));
   }
 }
 
@@ -91,7 +92,8 @@ void Sensor::kinect_depth(const Row& row, const std::int16_t* noise, std::uint16
     const float place = static_cast<float>(x) + pattern_px_ * w;
     const bool shadow = place < lit - 1.0f + 0.0003f * unrest;
     lit = std::max(lit, place);
-    const int steps = static_cast<int>(kSteps_m * w + kSigma * unrest + 0.5f);
+    const float unrounded = kSteps_m * w + kSigma * unrest + 0.5f;
+    const int steps = static_cast<int>(unrounded);  // below 1, rounding does not matter: there is no reading
     const bool none = shadow || row.weak[x] != 0 || steps < 1 || steps >= static_cast<int>(kSteps);
     depth[x] = none ? std::uint16_t{0} : depth_of_[static_cast<std::size_t>(steps)];
   }
