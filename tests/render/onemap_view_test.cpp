@@ -1,0 +1,106 @@
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+
+#include "picture.hpp"
+#include "render/gltf_writer.hpp"
+#include "render/ply_reader.hpp"
+#include "render/ply_writer.hpp"
+#include "render/renderer.hpp"
+#include "room_scene.hpp"
+#include "temporary_folder.hpp"
+
+namespace onemap::render {
+namespace {
+
+struct Ran {
+  int status = -1;
+  std::string output;  // both streams
+};
+
+Ran view(const std::string& arguments, const std::string& environment = "") {
+  const std::string command = environment + " " + ONEMAP_BIN_DIR + "/onemap-view " + arguments + " 2>&1";
+  Ran ran;
+  FILE* pipe = popen(command.c_str(), "r");
+  if (pipe == nullptr) return ran;
+  std::array<char, 4096> part{};
+  while (fgets(part.data(), part.size(), pipe) != nullptr) ran.output += part.data();
+  ran.status = WEXITSTATUS(pclose(pipe));
+  return ran;
+}
+
+class OnemapView : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    scene_ = test::room_scene();
+    ASSERT_TRUE(write_glb(folder_ / "room.glb", scene_).ok());
+    ASSERT_TRUE(write_ply(folder_ / "room.ply", scene_.mesh).ok());
+  }
+  void expect_failure(const std::string& arguments, int status, const std::string& part) {
+    const Ran ran = view(arguments);
+    EXPECT_EQ(ran.status, status) << arguments << "\n" << ran.output;
+    EXPECT_NE(ran.output.find(part), std::string::npos) << ran.output;
+  }
+  test::TemporaryFolder folder_;
+  Scene scene_;
+};
+
+TEST_F(OnemapView, draws_a_saved_model_as_the_library_draws_the_scene) {
+  auto renderer = open_egl_renderer();
+  if (!renderer) GTEST_SKIP() << "no EGL driver that draws without a display: " << renderer.error().text();
+  Style style;
+  style.width_px = 400;
+  style.height_px = 300;
+  for (const std::string name : {"fit", "top"}) {
+    const Ran ran = view((folder_ / "room.glb") + " --size 400x300 --view " + name + " --png " + (folder_ / "a.png"));
+    ASSERT_EQ(ran.status, 0) << ran.output;
+    const Camera camera = make_camera(scene_, *view_from_name(name), 400.0f / 300);
+    EXPECT_LT(test::compare(test::read_png(folder_ / "a.png"), *(*renderer)->draw(scene_, camera, style)).mean, 0.05);
+  }
+  const Ran ran =
+      view((folder_ / "room.ply") + " --size 400x300 --eye 0,-0.5,-3 --target 0,0,2 --png " + (folder_ / "b.png"));
+  ASSERT_EQ(ran.status, 0) << ran.output;
+  scene_.robots.clear();
+  const Camera camera = make_camera(scene_, {0, -0.5f, -3}, {0, 0, 2});
+  EXPECT_LT(test::compare(test::read_png(folder_ / "b.png"), *(*renderer)->draw(scene_, camera, style)).mean, 0.05);
+}
+
+TEST_F(OnemapView, converts_and_reduces_to_points) {
+  Ran ran =
+      view((folder_ / "room.glb") + " --ply " + (folder_ / "out.ply") + " --glb " + (folder_ / "out.glb") + " --mesh");
+  ASSERT_EQ(ran.status, 0) << ran.output;
+  EXPECT_EQ(read_ply(folder_ / "out.ply")->triangles, scene_.mesh.triangles);
+  EXPECT_EQ(read_glb(folder_ / "out.glb")->robots.size(), 3u);
+  ran = view((folder_ / "room.ply") + " --points --ply " + (folder_ / "out.ply"));
+  ASSERT_EQ(ran.status, 0) << ran.output;
+  EXPECT_TRUE(read_ply(folder_ / "out.ply")->triangles.empty());
+  EXPECT_EQ(read_ply(folder_ / "out.ply")->vertices.size(), scene_.mesh.vertices.size());
+  expect_failure((folder_ / "out.ply") + " --mesh --glb " + (folder_ / "x.glb"), 1, "has no triangles");
+}
+
+TEST_F(OnemapView, says_what_is_wrong_and_exits_accordingly) {
+  const std::string room = folder_ / "room.ply";
+  expect_failure("", 2, "MAP is required");
+  expect_failure(room, 2, "--png, --glb or --ply");
+  expect_failure(room + " --png a.png --view sideways", 2, "sideways");
+  expect_failure(room + " --png a.png --size 12", 2, "--size: 12 is not WIDTHxHEIGHT");
+  expect_failure(room + " --png a.png --target 1,2,3", 2, "--eye");
+  expect_failure(room + " --points --mesh --ply a.ply", 2, "--points");
+  expect_failure((folder_ / "none.ply") + " --ply a.ply", 1, "none.ply: cannot read: No such file");
+  expect_failure(room + " --ply /no/such/folder/a.ply", 1, "/no/such/folder/a.ply: cannot write: No such file");
+  expect_failure(std::string(ONEMAP_SOURCE_DIR) + "/README.md --ply a.ply", 1, "neither a .ply nor a .glb");
+  EXPECT_EQ(view("--help").status, 0);
+}
+
+TEST_F(OnemapView, without_a_driver_the_error_is_clear_and_other_formats_still_work) {
+  const std::string no_driver = "__EGL_VENDOR_LIBRARY_FILENAMES=/dev/null";
+  const Ran picture = view((folder_ / "room.ply") + " --png " + (folder_ / "a.png"), no_driver);
+  EXPECT_EQ(picture.status, 1) << picture.output;
+  EXPECT_NE(picture.output.find("EGL: no driver that draws without a display"), std::string::npos) << picture.output;
+  EXPECT_EQ(view((folder_ / "room.ply") + " --glb " + (folder_ / "a.glb"), no_driver).status, 0);
+}
+
+}  // namespace
+}  // namespace onemap::render
