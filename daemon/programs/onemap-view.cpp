@@ -1,6 +1,7 @@
 // onemap-view: a saved map to a picture or to another model format, without a display.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <exception>
 #include <optional>
 #include <string>
 #include <vector>
@@ -156,7 +157,7 @@ Status run(const Options& o) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   CLI::App app{"Draws a saved map off-screen, or converts it.", "onemap-view"};
   Options options;
   declare(app, options);
@@ -177,4 +178,9 @@ int main(int argc, char** argv) {
     return 1;
   }
   return 0;
+} catch (const std::exception& e) {  // out of memory, or a closed standard output
+  (void)std::fputs("onemap-view: ", stderr);
+  (void)std::fputs(e.what(), stderr);
+  (void)std::fputs("\n", stderr);
+  return 1;
 }

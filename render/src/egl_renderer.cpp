@@ -61,7 +61,10 @@ GlBuffer attribute(GLuint index, std::span<const T> values, GLenum type, GLboole
   return buffer;
 }
 
-const void* at_byte(std::size_t offset) { return reinterpret_cast<const void*>(offset); }  // as OpenGL has it
+// OpenGL passes an offset into the bound buffer as a pointer.
+const void* at_byte(std::size_t offset) {
+  return reinterpret_cast<const void*>(offset);  // NOLINT(performance-no-int-to-ptr)
+}
 
 GLint uniform(const GlProgram& program, const char* name) { return glGetUniformLocation(program.get(), name); }
 

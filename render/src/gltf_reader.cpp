@@ -34,8 +34,9 @@ std::optional<Elements> elements(const tinygltf::Model& model, int accessor_inde
   const auto* view = item(model.bufferViews, accessor->bufferView);
   const auto* buffer = view != nullptr ? item(model.buffers, view->buffer) : nullptr;
   if (buffer == nullptr) return std::nullopt;
-  const auto size = static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component)) *
-                                             tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type)));
+  const int component_bytes = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component));
+  const int components = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
+  const std::size_t size = static_cast<std::size_t>(component_bytes) * static_cast<std::size_t>(components);
   const std::size_t stride = view->byteStride != 0 ? view->byteStride : size;
   const std::size_t available = buffer->data.size();
   if (view->byteOffset > available || accessor->byteOffset > available - view->byteOffset) return std::nullopt;
@@ -122,7 +123,7 @@ void read_color(const tinygltf::Model& model, const tinygltf::Node& node, RobotP
   if (material == nullptr || material->pbrMetallicRoughness.baseColorFactor.size() < 3) return;
   for (std::size_t c = 0; c < 3; ++c) {
     const double value = std::clamp(material->pbrMetallicRoughness.baseColorFactor[c], 0.0, 1.0);
-    robot.color[c] = srgb_from_linear(static_cast<std::uint16_t>(value * 65535.0 + 0.5));
+    robot.color[c] = srgb_from_linear(static_cast<std::uint16_t>(std::lround(value * 65535.0)));
   }
 }
 

@@ -164,6 +164,7 @@ void add_map(Builder& builder, const Scene& scene) {
 void add_trajectory(Builder& builder, const RobotPath& robot, int material) {
   if (robot.poses.size() < 2) return;  // a line strip has at least two points
   std::vector<Vector3f> points;
+  points.reserve(robot.poses.size());
   for (const auto& pose : robot.poses) points.emplace_back(pose.t.cast<float>());
   tinygltf::Primitive primitive;
   primitive.mode = TINYGLTF_MODE_LINE_STRIP;
@@ -177,6 +178,7 @@ void add_trajectory(Builder& builder, const RobotPath& robot, int material) {
 int add_pyramid(Builder& builder, const RobotPath& robot, int material) {
   const auto corners = pyramid(mapping::Pose{}, kMarkerDepth_m);
   std::vector<Vector3f> points;
+  points.reserve(corners.size());
   for (const glm::vec3& p : corners) points.emplace_back(p.x, p.y, p.z);
   tinygltf::Primitive primitive;
   primitive.mode = TINYGLTF_MODE_TRIANGLES;

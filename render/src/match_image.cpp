@@ -15,7 +15,7 @@ void blend(Image& image, int x, int y, Color color, float alpha) {
   Color pixel = image.at(x, y);
   for (std::size_t c = 0; c < 3; ++c) {
     const float mixed = static_cast<float>(pixel[c]) * (1 - alpha) + static_cast<float>(color[c]) * alpha;
-    pixel[c] = static_cast<std::uint8_t>(mixed + 0.5f);
+    pixel[c] = static_cast<std::uint8_t>(std::lround(mixed));
   }
   image.set(x, y, pixel);
 }

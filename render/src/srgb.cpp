@@ -14,7 +14,7 @@ Table make_table() {
   for (std::size_t i = 0; i < table.size(); ++i) {
     const double s = static_cast<double>(i) / 255.0;
     const double linear = s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
-    table[i] = static_cast<std::uint16_t>(linear * 65535.0 + 0.5);
+    table[i] = static_cast<std::uint16_t>(std::lround(linear * 65535.0));
   }
   return table;
 }

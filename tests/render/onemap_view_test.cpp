@@ -34,6 +34,7 @@ Ran view(const std::string& arguments, const std::string& environment = "") {
 class OnemapView : public ::testing::Test {
  protected:
   void SetUp() override {
+    if (!std::filesystem::exists(ONEMAP_BIN_DIR "/onemap-view")) GTEST_SKIP() << "onemap-view is not built";
     scene_ = test::room_scene();
     ASSERT_TRUE(write_glb(folder_ / "room.glb", scene_).ok());
     ASSERT_TRUE(write_ply(folder_ / "room.ply", scene_.mesh).ok());
