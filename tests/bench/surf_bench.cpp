@@ -1,6 +1,6 @@
 // SURF against its peers on a recording, one core: time, repeatability, mutual matches, inliers of a fundamental matrix
 // (the same estimator for all: OpenCV's RANSAC, 1 px, undistorted points) and true matches by the recorded truth.
-//   bench_surf [FOLDER of a TUM recording] [every Nth frame starts a pair, 15]
+//   bench_surf [FOLDER of a TUM recording] [every Nth frame starts a pair, 15] [only detectors with this in their name]
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -242,6 +242,7 @@ int main(int argc, char** argv) {
     return 1;
   }
   auto all = detectors();
+  if (argc > 3) std::erase_if(all, [&](const Detector& d) { return d.name.find(argv[3]) == std::string::npos; });
   std::vector<std::map<std::size_t, PairScores>> scores(all.size());
   for (std::size_t i = 0; i + 30 < r.frames.size(); i += every) {
     for (const std::size_t j : {i, i + 10, i + 30}) {

@@ -3,9 +3,15 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 
+#include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <cstring>
 #include <numbers>
+#include <string>
 
+#include "hal/backends/replay.hpp"
+#include "hal/frame_pool.hpp"
 #include "mapping/local/match.hpp"
 #include "texture.hpp"
 
@@ -197,6 +203,42 @@ TEST(Surf, DetectTakesNoMemory) {
   EXPECT_EQ(keypoints, out.keypoints.data());
   EXPECT_EQ(out.size(), 500u);
   EXPECT_LT(surf.bytes(), 16u << 20);
+}
+
+// Two frames of a hand-held recording a third of a second apart: whole images move by about one displacement, within
+// the parallax of a desk, where a wrong match lies anywhere.
+TEST(Surf, MatchesFramesOfARecording) {
+  const std::string address = "replay:" ONEMAP_SHARED_DIR "/data/fr1_xyz:100:111";
+  const auto parsed = hal::parse_camera_address(address);
+  ASSERT_TRUE(parsed.ok());
+  auto camera = hal::open_replay(parsed.value());
+  if (!camera.ok()) GTEST_SKIP() << "no recording fr1_xyz in " ONEMAP_SHARED_DIR "/data";
+  hal::FramePool pool(camera.value()->intrinsics(), 1);
+  std::vector<FeatureSet> found;
+  for (int i = 0; i < 11; ++i) {
+    hal::Frame frame = pool.acquire();
+    ASSERT_EQ(camera.value()->grab(frame, std::chrono::seconds(1)), hal::Grab::frame);
+    GreyImage grey{640, 480, std::vector<std::uint8_t>(640 * 480)};
+    to_gray(frame.rgb(), grey.pixels);
+    if (i % 10 == 0) found.push_back(detect(grey));
+  }
+  EXPECT_EQ(found[0].size(), 500u);
+  Matcher matcher({}, 500);
+  const auto matches = matcher.match(found[0], found[1]);
+  std::vector<float> dx, dy;
+  for (const Match& m : matches) {
+    dx.push_back(found[1].keypoints[m.b].x_px - found[0].keypoints[m.a].x_px);
+    dy.push_back(found[1].keypoints[m.b].y_px - found[0].keypoints[m.a].y_px);
+  }
+  ASSERT_GE(matches.size(), 80u);
+  const auto median = [](std::vector<float> v) {
+    std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
+    return v[v.size() / 2];
+  };
+  const float mx = median(dx), my = median(dy);
+  int together = 0;
+  for (std::size_t i = 0; i < dx.size(); ++i) together += std::hypot(dx[i] - mx, dy[i] - my) < 30 ? 1 : 0;
+  EXPECT_GE(together, 0.75 * static_cast<double>(matches.size()));
 }
 
 }  // namespace

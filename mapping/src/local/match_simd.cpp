@@ -46,8 +46,8 @@ void pack(const FeatureSet& b, bool same_laplacian, std::span<std::int16_t> pack
       static constexpr Descriptor kEmpty{};
       const Descriptor& d = real ? b.descriptors[j] : kEmpty;
       for (std::size_t p = 0; p < kPairs; ++p) {
-        out[(p * kLanes + lane) * 2] = d.v[2 * p];
-        out[(p * kLanes + lane) * 2 + 1] = d.v[2 * p + 1];
+        out[(p * kLanes + lane) * 2] = std::int16_t{d.v[2 * p]};
+        out[(p * kLanes + lane) * 2 + 1] = std::int16_t{d.v[2 * p + 1]};
       }
       fields[lane] = squared_norm(d);
       fields[kLanes + lane] = !real ? kNoFeature : same_laplacian ? b.keypoints[j].laplacian : 0;

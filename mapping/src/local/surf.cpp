@@ -25,7 +25,9 @@ struct Surf::Impl {
   std::vector<surf::Candidate> candidates;
   surf::Spread spread;
 
-  surf::ResponseLayer& layer(int octave, int i) { return layers[static_cast<std::size_t>(octave * kLayers + i)]; }
+  surf::ResponseLayer& layer(int octave, int i) {
+    return layers[static_cast<std::size_t>(octave) * kLayers + static_cast<std::size_t>(i)];
+  }
   void fill_octave(int octave);
   void append(const surf::Candidate& c, FeatureSet& out) const;
 };
@@ -40,10 +42,10 @@ Surf::Surf(const SurfConfig& config, int width, int height) : impl_(std::make_un
       surf::ResponseLayer layer{filter_size(octave, i), 1 << octave, 0, 0, {}};
       layer.width = (width + layer.step - 1) / layer.step;
       layer.height = (height + layer.step - 1) / layer.step;
-      layer.values.assign(static_cast<std::size_t>(layer.width * layer.height), 0.f);
+      layer.values.assign(static_cast<std::size_t>(layer.width) * static_cast<std::size_t>(layer.height), 0.f);
       m.layers.push_back(std::move(layer));
     }
-  const auto row = static_cast<std::size_t>(width + 1);
+  const auto row = static_cast<std::size_t>(width) + 1;
   m.scratch = {std::vector<std::int32_t>(row), std::vector<std::int32_t>(row), std::vector<std::int32_t>(row)};
   m.row_mask.assign(row + 8, 0);
   m.candidates.reserve(kMaxCandidates);
@@ -67,7 +69,7 @@ void Surf::Impl::fill_octave(int octave) {
 
 void Surf::Impl::append(const surf::Candidate& c, FeatureSet& out) const {
   surf::Direction direction{1, 0};
-  if (!config.upright) direction = surf::dominant_direction(integral, c.x_px, c.y_px, c.scale);
+  if (!config.upright) direction = surf::dominant_direction(integral, c.x_px, c.y_px, c.scale, simd);
   out.keypoints.push_back({c.x_px, c.y_px, 20 * c.scale, direction.cos, direction.sin, c.response, c.laplacian});
   surf::describe(integral, c.x_px, c.y_px, c.scale, direction, simd, out.descriptors.emplace_back());
 }
@@ -85,7 +87,7 @@ void Surf::detect(const GrayView& image, FeatureSet& out) {
       surf::find_maxima(m.integral, std::span<const surf::ResponseLayer, 3>(&m.layer(octave, i - 1), 3),
                         m.config.hessian_threshold, m.row_mask, m.simd, m.candidates);
   }
-  m.spread.select(m.integral.width, static_cast<std::size_t>(m.config.max_features), m.candidates);
+  m.spread.select(static_cast<std::size_t>(m.config.max_features), m.candidates);
   for (const surf::Candidate& c : m.candidates) m.append(c, out);
 }
 

@@ -9,94 +9,7 @@ namespace onemap::mapping::surf {
 
 namespace {
 
-constexpr int kRadius = 6;                       // of the circle of orientation samples, in s
-constexpr int kCorners = 2 * (kRadius + 2) + 1;  // corners of all their wavelets, at multiples of s
-constexpr int kBins = 72;
-constexpr int kSector = kBins / 6;  // 60 degrees
-
-// Angle of (x, y) as a bin in 0 .. kBins - 1, by a polynomial: no libm, so the same on every machine.
-int direction_bin(float x, float y) {
-  const float ax = x < 0 ? -x : x, ay = y < 0 ? -y : y;
-  const float big = std::max(ax, ay), small = std::min(ax, ay);
-  const float t = small / (big + 1e-20f);
-  const float t2 = t * t;
-  float turn = t * (0.15886f + t2 * (-0.04960f + t2 * 0.01570f));  // atan(t) / (2 pi), error < 2e-4
-  if (ay > ax) turn = 0.25f - turn;
-  if (x < 0) turn = 0.5f - turn;
-  if (y < 0) turn = 1.f - turn;
-  const int bin = static_cast<int>(turn * static_cast<float>(kBins));
-  return bin >= kBins ? bin - kBins : bin;
-}
-
-// Gaussian weights exp(-(i^2 + j^2) / (2 2.5^2)) for i^2 + j^2 < 36, as exp(-i^2 ...) exp(-j^2 ...), tabulated.
-constexpr std::array<float, 7> kGauss = {1.f,          0.923116346f, 0.726149037f, 0.486752256f,
-                                         0.278037300f, 0.135335283f, 0.056134763f};
-
-struct BinSums {
-  std::array<float, kBins> x{}, y{};
-};
-
-// Haar wavelets of side 4 s at every s in the circle; their corners are a lattice of the integral image.
-void collect(const std::int32_t (&corner)[kCorners][kCorners], BinSums& bins) {
-  for (int j = -kRadius; j <= kRadius; ++j)
-    for (int i = -kRadius; i <= kRadius; ++i) {
-      if (i * i + j * j >= kRadius * kRadius) continue;
-      const int cx = i + kRadius + 2, cy = j + kRadius + 2;
-      const auto at = [&](int dx, int dy) { return corner[cy + dy][cx + dx]; };
-      const std::int32_t right = at(2, 2) - at(2, -2) - at(0, 2) + at(0, -2);
-      const std::int32_t left = at(0, 2) - at(0, -2) - at(-2, 2) + at(-2, -2);
-      const std::int32_t lower = at(2, 2) - at(-2, 2) - at(2, 0) + at(-2, 0);
-      const std::int32_t upper = at(2, 0) - at(-2, 0) - at(2, -2) + at(-2, -2);
-      const float weight =
-          kGauss[static_cast<std::size_t>(std::abs(i))] * kGauss[static_cast<std::size_t>(std::abs(j))];
-      const float x = weight * static_cast<float>(right - left), y = weight * static_cast<float>(lower - upper);
-      const auto bin = static_cast<std::size_t>(direction_bin(x, y));
-      bins.x[bin] += x;
-      bins.y[bin] += y;
-    }
-}
-
-Direction strongest_sector(const BinSums& bins) {
-  float best = 0, best_x = 1, best_y = 0;
-  for (int start = 0; start < kBins; ++start) {
-    float x = 0, y = 0;
-    for (int k = start; k < start + kSector; ++k) {
-      const auto bin = static_cast<std::size_t>(k < kBins ? k : k - kBins);
-      x += bins.x[bin];
-      y += bins.y[bin];
-    }
-    const float length2 = x * x + y * y;
-    if (length2 > best) {
-      best = length2;
-      best_x = x;
-      best_y = y;
-    }
-  }
-  const float length = std::sqrt(best_x * best_x + best_y * best_y);
-  return {best_x / length, best_y / length};
-}
-
-int rounded(float v) { return static_cast<int>(v + 0.5f); }  // v >= 0
-
-}  // namespace
-
-Direction dominant_direction(const IntegralImage& integral, float x_px, float y_px, float scale) {
-  const int s = std::max(1, rounded(scale)), x = rounded(x_px), y = rounded(y_px);
-  std::int32_t corner[kCorners][kCorners];
-  std::array<int, kCorners> column{};
-  for (int i = 0; i < kCorners; ++i)
-    column[static_cast<std::size_t>(i)] = std::clamp(x + (i - kRadius - 2) * s, 0, integral.width);
-  for (int j = 0; j < kCorners; ++j) {
-    const std::uint32_t* row = integral.row(std::clamp(y + (j - kRadius - 2) * s, 0, integral.height));
-    for (int i = 0; i < kCorners; ++i)
-      corner[j][i] = static_cast<std::int32_t>(row[column[static_cast<std::size_t>(i)]]);
-  }
-  BinSums bins;
-  collect(corner, bins);
-  return strongest_sector(bins);
-}
-
-namespace {
+int rounded(float v) { return static_cast<int>(std::lround(v)); }
 
 constexpr int kSamples = 24;            // gradient samples a side, s apart
 constexpr int kLattice = kSamples + 1;  // box means between which the gradients are taken
@@ -132,7 +45,7 @@ constexpr Weights kWeights = make_weights();
 struct Window {
   const std::uint32_t* sums;
   int stride, box, max_x, max_y;  // box side; largest corner such that the box fits
-  float x, y, step_x, step_y;     // of lattice point (0, 0)'s box corner; step along a lattice row
+  float x, y, step_x, step_y;     // of lattice point (0, 0)'s box corner, plus half a pixel; step along a lattice row
 };
 
 // Sums of boxes at the points of the turned lattice, clamped into the image.
@@ -147,7 +60,7 @@ ONEMAP_TWIN_BODY void sample_body(const Window& w, float* __restrict patch) {
       py = py < 0.f ? 0.f : py;
       px = px > max_x ? max_x : px;
       py = py > max_y ? max_y : py;
-      index[i] = static_cast<int>(py + 0.5f) * w.stride + static_cast<int>(px + 0.5f);
+      index[i] = static_cast<int>(py) * w.stride + static_cast<int>(px);
     }
     const std::uint32_t* right = w.sums + w.box;
     const std::uint32_t* below = w.sums + w.box * w.stride;
@@ -216,8 +129,8 @@ void describe(const IntegralImage& integral, float x_px, float y_px, float scale
                       box,
                       integral.width - box,
                       integral.height - box,
-                      x_px - corner - kHalf * c + kHalf * s,
-                      y_px - corner - kHalf * s - kHalf * c,
+                      x_px + 0.5f - corner - kHalf * c + kHalf * s,
+                      y_px + 0.5f - corner - kHalf * s - kHalf * c,
                       c,
                       s};
   Columns columns{};

@@ -18,7 +18,7 @@ void IntegralImage::resize(int image_width, int image_height) {
   width = image_width;
   height = image_height;
   stride = image_width + 1;
-  sums.assign(static_cast<std::size_t>(stride) * static_cast<std::size_t>(image_height + 1), 0);
+  sums.assign(static_cast<std::size_t>(stride) * (static_cast<std::size_t>(image_height) + 1), 0);
 }
 
 void IntegralImage::build(const GrayView& image) {

@@ -59,23 +59,24 @@ bool stronger(const Candidate& a, const Candidate& b);
 void find_maxima(const IntegralImage& integral, std::span<const ResponseLayer, 3> layers, float threshold,
                  std::span<std::uint8_t> row_mask, bool simd, std::vector<Candidate>& out);
 
-// Chooses at most max_count of the candidates, the strongest first but at most a fair share from each cell of a grid,
-// then the strongest of the rest. `candidates` is left with the chosen ones, strongest first.
+// Chooses at most max_count of the candidates: the strongest, but some from each cell of a grid and not too many from
+// any. `candidates` is left with the chosen ones, strongest first.
 struct Spread {
   std::vector<std::uint16_t> taken;      // by cell
-  std::vector<Candidate> chosen, spare;  // working space
+  std::vector<Candidate> chosen, spare;  // working space, as large as the candidates'
   void reserve(int width, int height, std::size_t max_candidates);
-  void select(int width, std::size_t max_count, std::vector<Candidate>& candidates);
+  void select(std::size_t max_count, std::vector<Candidate>& candidates);
 
  private:
+  void take(std::size_t share, std::size_t max_count, const std::vector<Candidate>& candidates);
   int cells_x_ = 0;
 };
 
-// The direction of the strongest 60-degree sector of Haar wavelet responses within 6 s, as a unit vector.
+// The direction of the strongest sector of Haar wavelet responses within 6 s, as a unit vector.
 struct Direction {
   float cos, sin;
 };
-Direction dominant_direction(const IntegralImage& integral, float x_px, float y_px, float scale);
+Direction dominant_direction(const IntegralImage& integral, float x_px, float y_px, float scale, bool simd);
 
 // 4 x 4 cells of (sum dx, sum |dx|, sum dy, sum |dy|) over a window of 24 s turned to `direction`.
 void describe(const IntegralImage& integral, float x_px, float y_px, float scale, Direction direction, bool simd,

@@ -8,7 +8,7 @@ namespace onemap::mapping {
 
 struct SurfConfig {
   int max_features = 500;          // the strongest are kept, spread over the image
-  float hessian_threshold = 30.f;  // on the normalised determinant of the Hessian of an 8-bit image
+  float hessian_threshold = 10.f;  // on the normalised determinant of the Hessian of an 8-bit image
   int octaves = 3;                 // each with 4 box-filter sizes
   bool upright = false;            // U-SURF: no dominant orientation (faster; no in-plane rotation)
   bool simd = true;                // false: the plain reference, which gives the same bits
