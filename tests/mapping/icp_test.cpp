@@ -103,7 +103,7 @@ TEST(Icp, RecordedPairsAreWithinGicpsErrors) {
     std::size_t gap;
     double translation_m, rotation_deg;
   };
-  for (const Bound& bound : {Bound{1, 0.0029, 0.35}, Bound{5, 0.0061, 0.70}}) {
+  for (const Bound& bound : {Bound{1, 0.0029, 0.35}, Bound{5, 0.0061, 0.70}, Bound{10, 0.0106, 0.85}}) {
     std::vector<double> translation_m, rotation_deg;
     for (std::size_t i = 0; i + bound.gap < recording.depths().size(); i += 10) {
       Pose a, b;

@@ -3,7 +3,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "local/sensor_noise.hpp"
 
@@ -27,9 +29,10 @@ namespace {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-constexpr double kNoiseSigmas = 3;       // the robust scale never falls below the sensor's noise
-constexpr double kShrink = 0.6;          // of the robust scale, an iteration
-constexpr double kLastRobust_m = 0.003;  // below it the noise rules
+constexpr double kNoiseSigmas = 3;        // the robust scale never falls below the sensor's noise
+constexpr double kFirstRobust = 2;        // of the largest distance
+constexpr double kSearchRobust_m = 0.05;  // above it a point looks for its nearest cell, below it takes its own
+constexpr double kLastRobust_m = 0.003;   // below it the noise rules
 constexpr double kFlicker = 10;    // steps this near to the stop that no longer shrink: points flip between two cells
 constexpr double kWeakest = 3e-4;  // see System::weakest
 
@@ -72,6 +75,25 @@ struct System {
   }
 };
 
+// Walks from cell (u, v) to one that is nearer to p, in ever smaller strides: about the nearest point, where the first
+// guess is so far off that the projection falls on another surface.
+void walk_to_nearest(const OrganizedCloud& target, const Vector3f& p, int& u, int& v) {
+  const auto distance2 = [&](int ui, int vi) {
+    if (ui < 0 || vi < 0 || ui >= target.width || vi >= target.height) return std::numeric_limits<float>::max();
+    const Vector3f& q = target.points[static_cast<std::size_t>(vi * target.width + ui)];
+    return q.z() == 0 ? std::numeric_limits<float>::max() : (q - p).squaredNorm();
+  };
+  constexpr std::array<std::array<int, 2>, 4> kDirections{{{0, -1}, {-1, 0}, {1, 0}, {0, 1}}};
+  float best = distance2(u, v);
+  for (int stride = std::max(1, target.width / 20); stride >= 1; stride /= 2) {
+    const int u0 = u, v0 = v;
+    for (const auto& [du, dv] : kDirections) {
+      const float d = distance2(u0 + stride * du, v0 + stride * dv);
+      if (d < best) best = d, u = u0 + stride * du, v = v0 + stride * dv;
+    }
+  }
+}
+
 // Projective association: the target's cell that the point falls on. On a slanted surface that cell is farther away
 // than the surface is, so the gate is on the distance from the surface, and a wider one on that from the cell.
 System linearise(const OrganizedCloud& target, std::span<const Vector3f> source, const Pose& T, double max_distance_m,
@@ -81,10 +103,11 @@ System linearise(const OrganizedCloud& target, std::span<const Vector3f> source,
     if (!(s.z() >= kMinDepth_m)) continue;
     const Vector3d p = T * s.cast<double>();
     if (!(p.z() >= kMinDepth_m)) continue;
-    const double u = target.fx * p.x() / p.z() + target.cx + 0.5, v = target.fy * p.y() / p.z() + target.cy + 0.5;
-    if (!(u >= 0 && v >= 0 && u < target.width && v < target.height)) continue;
-    const std::size_t i =
-        static_cast<std::size_t>(v) * static_cast<std::size_t>(target.width) + static_cast<std::size_t>(u);
+    const double u_px = target.fx * p.x() / p.z() + target.cx + 0.5, v_px = target.fy * p.y() / p.z() + target.cy + 0.5;
+    if (!(u_px >= 0 && v_px >= 0 && u_px < target.width && v_px < target.height)) continue;
+    int u = static_cast<int>(u_px), v = static_cast<int>(v_px);
+    if (robust_m > kSearchRobust_m) walk_to_nearest(target, p.cast<float>(), u, v);
+    const auto i = static_cast<std::size_t>(v * target.width + u);
     const Vector3d q = target.points[i].cast<double>(), n = target.normals[i].cast<double>();
     if (q.z() == 0 || n.squaredNorm() == 0) continue;
     const Vector3d d = p - q;
@@ -98,6 +121,20 @@ System linearise(const OrganizedCloud& target, std::span<const Vector3f> source,
   return system;
 }
 
+// Solves a Gauss-Newton step. The damping only keeps directions that nothing determines where they are.
+Vector6d solve(const System& system) {
+  Matrix6d H = system.H;
+  H.diagonal() *= 1 + 1e-6;
+  return H.ldlt().solve(-system.g);
+}
+
+// The robust scale is wide at first, lingers while the clouds still move, and drops when they rest at it.
+double next_robust(double robust_m, const Vector6d& step, double depth_m) {
+  constexpr double kRest = 0.1, kLinger = 0.8, kDrop = 0.35;
+  const double motion_m = depth_m * step.head<3>().norm() + step.tail<3>().norm();
+  return robust_m * (motion_m < kRest * robust_m ? kDrop : kLinger);
+}
+
 }  // namespace
 
 Icp::Icp(const IcpConfig& config) : config_(config) {}
@@ -105,7 +142,7 @@ Icp::Icp(const IcpConfig& config) : config_(config) {}
 IcpResult Icp::align(const OrganizedCloud& target, std::span<const Vector3f> source, const Pose& T0) const {
   IcpResult result;
   result.T_target_source = T0;
-  double robust_m = 2 * config_.max_distance_m;  // shrinks to the noise as the clouds come together
+  double robust_m = kFirstRobust * config_.max_distance_m;
   double last_size = 0;
   bool settled = false;
   for (;; ++result.iterations) {
@@ -117,24 +154,20 @@ IcpResult Icp::align(const OrganizedCloud& target, std::span<const Vector3f> sou
     result.reason = IcpReason::too_few_inliers;
     if (system.inliers < std::max(6, config_.min_inliers)) return result;
     if (settled || result.iterations >= config_.max_iterations) {
-      result.converged = settled;
-      result.reason = settled ? IcpReason::converged : IcpReason::iteration_limit;
-      if (system.weakest() < kWeakest) {
-        result.converged = false;
-        result.reason = IcpReason::degenerate;
-      }
+      result.reason = system.weakest() < kWeakest ? IcpReason::degenerate
+                      : settled                   ? IcpReason::converged
+                                                  : IcpReason::iteration_limit;
+      result.converged = result.reason == IcpReason::converged;
       return result;
     }
-    Matrix6d H = system.H;
-    H.diagonal() *= 1 + 1e-6;
-    const Vector6d step = H.ldlt().solve(-system.g);
+    const Vector6d step = solve(system);
     result.T_target_source = small_motion(step) * result.T_target_source;
     const double size =
         std::max(step.head<3>().norm() / config_.stop_rotation_rad, step.tail<3>().norm() / config_.stop_translation_m);
     const bool flickers = size < kFlicker && size > 0.7 * last_size;
     settled = robust_m < kLastRobust_m && (size < 1 || flickers);
     last_size = size;
-    robust_m *= kShrink;
+    robust_m = next_robust(robust_m, step, system.depth_sum / system.inliers);
   }
 }
 

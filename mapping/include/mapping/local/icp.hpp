@@ -9,9 +9,9 @@
 namespace onemap::mapping {
 
 struct IcpConfig {
-  float max_distance_m = 0.10f;    // correspondences farther apart are not used
+  float max_distance_m = 0.10f;    // points farther from the target's surface are not used
   float min_normal_cosine = 0.0f;  // reserved for clouds that carry normals on both sides
-  int max_iterations = 20;
+  int max_iterations = 30;
   double stop_rotation_rad = 1e-4;  // converged when a step is smaller than both
   double stop_translation_m = 1e-4;
   int min_inliers = 100;
