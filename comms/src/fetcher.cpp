@@ -33,6 +33,14 @@ std::uint32_t Fetcher::held(const LogId& log) const {
 
 void Fetcher::offered(const LogId& log) { lacking_[log.lane].try_emplace(log, held(log)); }
 
+// Keeps needs_ equal to the fetches with missing fragments; called wherever `missing` changes.
+void Fetcher::note_need(const RecordId& id, const Fetch& fetch) {
+  if (fetch.missing > 0)
+    needs_[id.log.lane].insert(id);
+  else
+    needs_[id.log.lane].erase(id);
+}
+
 // ---- asking
 
 void Fetcher::plan(Instant now, Links& links) {
@@ -92,7 +100,7 @@ bool Fetcher::open(Instant now, const RecordId& id, Links& links) {
   fetch.missing = static_cast<std::uint32_t>(guess);
   fetch.reserved_bytes = guess * kFragmentBytes;
   used_bytes_ += fetch.reserved_bytes;
-  needs_[id.log.lane].insert(id);
+  note_need(id, fetch);
   ask(now, *link, id, fetch);
   return true;
 }
@@ -127,7 +135,7 @@ void Fetcher::ask(Instant now, Link& link, const RecordId& id, Fetch& fetch) {
     room -= end - first;
     first = end - 1;
   }
-  if (fetch.missing == 0) needs_[lane].erase(id);
+  note_need(id, fetch);
 }
 
 void Fetcher::ask_run(Instant now, Link& link, const RecordId& id, Fetch& fetch, std::uint32_t first,
@@ -165,7 +173,7 @@ void Fetcher::on_data(Instant now, Link& from, const wire::Data& data) {
   }
   if (state == kMissing) {
     --fetch.missing;  // given up too early
-    if (fetch.missing == 0) needs_[data.id.log.lane].erase(data.id);
+    note_need(data.id, fetch);
   } else if (fetch.target != nullptr) {
     answered(now, *fetch.target, data.id, state);
   }
@@ -196,7 +204,7 @@ bool Fetcher::learn(Link& from, const wire::Data& data, Fetch& fetch) {
   fetch.hash = data.body_hash;
   fetch.fragments.resize(count, kMissing);
   fetch.missing = static_cast<std::uint32_t>(std::count(fetch.fragments.begin(), fetch.fragments.end(), kMissing));
-  if (fetch.missing > 0) needs_[data.id.log.lane].insert(data.id);
+  note_need(data.id, fetch);
   fetch.body.resize(data.total_bytes);
   std::uint32_t& guess = guess_[data.id.log.lane];
   guess = std::clamp<std::uint32_t>((3 * guess + count + 2) / 4, 1, kMaxGuess);

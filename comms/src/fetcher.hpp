@@ -59,6 +59,7 @@ class Fetcher {
 
   std::size_t window(std::uint8_t lane) const;
   std::uint32_t held(const LogId& log) const;
+  void note_need(const RecordId& id, const Fetch& fetch);
   // asking
   void ask(Instant now, Link& link, const RecordId& id, Fetch& fetch);
   void ask_run(Instant now, Link& link, const RecordId& id, Fetch& fetch, std::uint32_t first, std::uint32_t end);

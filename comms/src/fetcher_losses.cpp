@@ -68,7 +68,7 @@ void Fetcher::lose(AskLane& lane, Ask& ask) {
   --lane.outstanding;
   fetch.fragments[ask.fragment] = kMissing;
   ++fetch.missing;
-  needs_[ask.id.log.lane].insert(ask.id);
+  note_need(ask.id, fetch);
   ++counters_.fragments_reasked;
 }
 
@@ -110,7 +110,7 @@ void Fetcher::release(const RecordId& id, Fetch& fetch) {
     if (state != kReceived) state = kMissing;
     if (state == kMissing) ++fetch.missing;
   }
-  if (fetch.missing > 0) needs_[id.log.lane].insert(id);
+  note_need(id, fetch);
 }
 
 void Fetcher::cut(const RecordId& id, Fetch& fetch, std::uint32_t count) {
