@@ -30,8 +30,9 @@ Matrix3d from_quaternion_wxyz(const std::array<double, 4>& q);
 // The nearest rotation: removes the drift of repeated products.
 Matrix3d orthonormal(const Matrix3d& R);
 
-// A small motion (rotation vector w in rad, translation v in m) by the Cayley map: exact for w -> 0, a rotation for every
-// w, and rational (no sin, no cos). w = 2 tan(angle/2) * axis. The increment that Gauss-Newton steps apply on the left.
+// A small motion (rotation vector w in rad, translation v in m) by the Cayley map: exact for w -> 0, a rotation for
+// every w, and rational (no sin, no cos). w = 2 tan(angle/2) * axis. The increment that Gauss-Newton steps apply on the
+// left.
 Pose small_motion(const Vector6d& wv);
 
 // Angle of a rotation in radians (for reports and thresholds), 0..pi.

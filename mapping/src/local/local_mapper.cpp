@@ -29,7 +29,8 @@ constexpr int kCloudStride = 4;
 constexpr float kCloudLeaf_m = 0.05f, kCloudFar_m = 5.0f;
 constexpr double kLandmarkFar_m = 6.0;
 // What ICP may say beside the features: its information is in 1/m^2, colour and depth are up to 20 ms apart.
-constexpr double kIcpWeight = 0.05;
+constexpr double kIcpWeight = 0.01;
+constexpr double kIcpAgree_m = 0.03, kIcpAgreeCosine = 0.9985;  // ICP may correct the features by 3 cm and 3 degrees
 constexpr int kMinLandmarkInliers = 15, kKeyframeMinInliers = 20;
 
 double cosine_of_degrees(double degrees) { return std::cos(degrees * 0.017453292519943295); }
@@ -53,14 +54,23 @@ RigidConfig rigid_config(std::uint64_t seed) {
 }  // namespace
 
 std::string_view to_string(Step step) {
-  constexpr std::array<std::string_view, kSteps> names{"gray", "features", "cloud", "match", "fundamental", "ransac", "icp", "refine", "keyframe", "integrate"};
+  constexpr std::array<std::string_view, kSteps> names{"gray",   "features", "cloud",  "match",    "fundamental",
+                                                       "ransac", "icp",      "refine", "keyframe", "integrate"};
   return step < Step::count ? names[static_cast<std::size_t>(step)] : "count";
 }
 
 std::string_view to_string(TrackReason reason) {
   constexpr std::array<std::string_view, static_cast<std::size_t>(TrackReason::count)> names{
-      "ok", "first frame", "too few features", "too few matches", "fundamental matrix failed", "too few coherent depths",
-      "3D RANSAC failed", "ICP failed", "inconsistent motion", "time not increasing"};
+      "ok",
+      "first frame",
+      "too few features",
+      "too few matches",
+      "fundamental matrix failed",
+      "too few coherent depths",
+      "3D RANSAC failed",
+      "ICP failed",
+      "inconsistent motion",
+      "time not increasing"};
   return reason < TrackReason::count ? names[static_cast<std::size_t>(reason)] : "count";
 }
 
@@ -86,7 +96,9 @@ struct LocalMapper::Impl {
   void gather_local_landmarks();
   void integrate(const hal::FrameView& frame, const Pose& T_camera_world, FrameReport& report);
   void forget_dead_landmarks(FeatureFrame& frame);
-  void begin(Step step) { if (hook.begin) hook.begin(hook.context, step); }
+  void begin(Step step) {
+    if (hook.begin) hook.begin(hook.context, step);
+  }
 
   LocalMapperConfig config;
   hal::Intrinsics intrinsics;
@@ -111,9 +123,9 @@ struct LocalMapper::Impl {
 
   TrackState state = TrackState::starting;
   FeatureFrame current, previous;
-  Pose T_previous_world;              // of the last tracked frame
+  Pose T_previous_world;  // of the last tracked frame
   FrameTime last_time{};
-  std::size_t reference = 0;          // slot
+  std::size_t reference = 0;  // slot
   std::size_t relocalization_next = 0;
   std::uint32_t frames_since_keyframe = 0;
   std::array<std::size_t, kWindow> window{};  // slots, oldest first
@@ -126,12 +138,15 @@ struct LocalMapper::Impl {
   bool integrated_once = false;
   Pose T_integrated_world;
 
-  OrganizedCloud target;
+  // The reference keyframe's depth: as it was seen, or restored from what the keyframe keeps. Two clouds, because each
+  // keeps the sampling pattern of its source.
+  OrganizedCloud seen, restored;
+  const OrganizedCloud* target = nullptr;
   std::vector<Vector3f> raw_points, source;
   std::size_t source_count = 0;
   std::vector<Match> matches;
   std::vector<std::uint8_t> kept, coherent;
-  std::vector<std::uint16_t> pair_of;   // of each 3D pair: index into matches
+  std::vector<std::uint16_t> pair_of;  // of each 3D pair: index into matches
   std::vector<Eigen::Vector2d> rays_r, rays_s;
   std::vector<Vector3d> points_r, points_s;
   std::vector<PoseObservation> observations;
@@ -155,7 +170,8 @@ LocalMapper::Impl::Impl(const LocalMapperConfig& c, const hal::Intrinsics& k)
       voxel_grid(kCloudLeaf_m, gray.size() / (kCloudStride * kCloudStride) + 1024),
       search(k, static_cast<std::size_t>(c.max_features)),
       adjuster(kMaxLocalLandmarks, kMaxWindowObservations),
-      map(static_cast<std::size_t>(c.max_keyframes), static_cast<std::size_t>(c.max_keyframes) * static_cast<std::size_t>(c.max_features) / 4,
+      map(static_cast<std::size_t>(c.max_keyframes),
+          static_cast<std::size_t>(c.max_keyframes) * static_cast<std::size_t>(c.max_features) / 2,
           static_cast<std::size_t>(c.max_features)),
       voxels(c.map),
       trajectory(kTrajectoryRing) {
@@ -184,9 +200,12 @@ LocalMapper::Impl::Impl(const LocalMapperConfig& c, const hal::Intrinsics& k)
   points_s.reserve(n);
   observations.reserve(n);
   observation_feature.reserve(n);
-  const auto cells = static_cast<std::size_t>(kGridWidth) * kGridHeight;
-  target.points.reserve(cells);
-  target.normals.reserve(cells);
+  // The first call of each takes its memory.
+  const std::vector<std::uint16_t> no_depth(gray.size());
+  organize(no_depth, k, kGridWidth, kGridHeight, seen);
+  store_grid(seen, map.keyframe(0));
+  grid_cloud(map.keyframe(0), restored);
+  target = &seen;
 }
 
 void LocalMapper::Impl::detect(const hal::FrameView& frame) {
@@ -194,8 +213,10 @@ void LocalMapper::Impl::detect(const hal::FrameView& frame) {
   to_gray(frame.rgb, gray);
   begin(Step::features);
   const GrayView view{gray.data(), intrinsics.width, intrinsics.height, intrinsics.width};
-  if (surf) surf->detect(view, current.set);
-  else orb->detect(view, current.set);
+  if (surf)
+    surf->detect(view, current.set);
+  else
+    orb->detect(view, current.set);
   attach_geometry(current, frame.depth, rays, intrinsics.depth_scale);
 }
 
@@ -248,15 +269,16 @@ TrackReason LocalMapper::Impl::relative_pose(const FeatureFrame& other, FrameRep
   return TrackReason::ok;
 }
 
-// ICP of the frame's cloud against the reference keyframe's; its answer is a prior for the refinement if it agrees with the guess.
+// ICP of the frame's cloud against the reference keyframe's; its answer is a prior for the refinement if it agrees with
+// the guess.
 std::optional<PosePrior> LocalMapper::Impl::align_depth(const Pose& T_camera_world) {
   begin(Step::icp);
   const Pose T_reference_world = map.keyframe(reference).T_camera_world;
   const Pose guess = T_reference_world * T_camera_world.inverse();
-  const IcpResult r = icp.align(target, {source.data(), source_count}, guess);
+  const IcpResult r = icp.align(*target, {source.data(), source_count}, guess);
   if (!r.converged) return std::nullopt;
   const Pose off = guess.inverse() * r.T_target_source;
-  if (off.t.squaredNorm() > 0.03 * 0.03 || rotation_cosine(off.R) < motion_cos - 1e-3) return std::nullopt;
+  if (off.t.squaredNorm() > kIcpAgree_m * kIcpAgree_m || rotation_cosine(off.R) < kIcpAgreeCosine) return std::nullopt;
   PosePrior prior;
   prior.T_camera_world = r.T_target_source.inverse() * T_reference_world;
   prior.information = kIcpWeight * information_of_inverse(r.information, r.T_target_source);
@@ -276,21 +298,25 @@ TrackReason LocalMapper::Impl::refine(FrameReport& report, Pose& T_camera_world)
     if (current.landmark[i] < 0) continue;
     const double size = std::max(1.0, static_cast<double>(current.set.keypoints[i].size_px) / 24.0);
     observations.push_back({map.landmark(current.landmark[i]).p_world,
-                            {current.ray[i], current.has_depth(i) ? 1 / current.depth_m[i] : 0.0, 1 / (size * size)}, true});
+                            {current.ray[i], current.has_depth(i) ? 1 / current.depth_m[i] : 0.0, 1 / (size * size)},
+                            true});
     observation_feature.push_back(static_cast<std::uint32_t>(i));
   }
   const RefineResult r = refine_pose(observations, focal_px, prior ? &*prior : nullptr, T_camera_world);
   report.inliers = r.inliers;
   for (std::size_t i = 0; i < observations.size(); ++i) {
     std::int32_t& id = current.landmark[observation_feature[i]];
-    if (observations[i].inlier) ++map.landmark(id).found;
-    else id = -1;
+    if (observations[i].inlier)
+      ++map.landmark(id).found;
+    else
+      id = -1;
   }
   return r.inliers >= kMinLandmarkInliers ? TrackReason::ok : TrackReason::ransac_failed;
 }
 
 // Tries to place the current frame by one other image whose pose is known.
-TrackReason LocalMapper::Impl::place(const FeatureFrame& other, const Pose& T_other_world, FrameReport& report, Pose& T_camera_world) {
+TrackReason LocalMapper::Impl::place(const FeatureFrame& other, const Pose& T_other_world, FrameReport& report,
+                                     Pose& T_camera_world) {
   Pose T_other_current;
   if (const auto reason = relative_pose(other, report, T_other_current); reason != TrackReason::ok) return reason;
   T_camera_world = T_other_current.inverse() * T_other_world;  // eq. (7)
@@ -329,7 +355,8 @@ void LocalMapper::Impl::choose_reference() {
   std::size_t best_slot = reference;
   for (std::size_t i = 0; i < local_keyframe_count; ++i) {
     int shared = 0;
-    for (const std::int32_t id : map.keyframe(local_keyframes[i]).features.landmark) shared += id >= 0 && map.landmark(id).mark == mark;
+    for (const std::int32_t id : map.keyframe(local_keyframes[i]).features.landmark)
+      shared += id >= 0 && map.landmark(id).mark == mark;
     if (local_keyframes[i] == reference) own = shared;
     if (shared > best) best = shared, best_slot = local_keyframes[i];
   }
@@ -339,7 +366,8 @@ void LocalMapper::Impl::choose_reference() {
 void LocalMapper::Impl::use_reference(std::size_t slot) {
   if (slot != reference) {
     reference = slot;
-    grid_cloud(map.keyframe(slot), target);
+    grid_cloud(map.keyframe(slot), restored);
+    target = &restored;
   }
   gather_local_landmarks();
 }
@@ -405,6 +433,7 @@ void LocalMapper::Impl::add_keyframe(const hal::FrameView& frame, const Pose& T_
   const std::array<std::size_t, 1> keep{reference};
   const std::uint64_t evicted = map.evicted();
   const std::size_t slot = map.take_keyframe_slot(keep);
+  map.make_room(current.size(), keep);
   counters.keyframes_evicted += map.evicted() - evicted;
   if (map.evicted() != evicted) forget_dead_landmarks(current);
   MapKeyframe& k = map.keyframe(slot);
@@ -414,8 +443,9 @@ void LocalMapper::Impl::add_keyframe(const hal::FrameView& frame, const Pose& T_
   k.time = frame.time;
   k.T_camera_world = T_camera_world;
   copy_features(current, k.features);
-  organize(frame.depth, intrinsics, kGridWidth, kGridHeight, target);
-  store_grid(target, k);
+  organize(frame.depth, intrinsics, kGridWidth, kGridHeight, seen);
+  target = &seen;
+  store_grid(seen, k);
   link_landmarks(k);
   if (window_size == kWindow) seal_oldest();
   window[window_size++] = slot;
@@ -429,7 +459,9 @@ void LocalMapper::Impl::add_keyframe(const hal::FrameView& frame, const Pose& T_
 void LocalMapper::Impl::integrate(const hal::FrameView& frame, const Pose& T_camera_world, FrameReport& report) {
   begin(Step::integrate);
   const Pose moved = T_integrated_world * T_camera_world.inverse();
-  if (integrated_once && moved.t.squaredNorm() < config.min_motion_m * config.min_motion_m && rotation_cosine(moved.R) > motion_cos) return;
+  if (integrated_once && moved.t.squaredNorm() < config.min_motion_m * config.min_motion_m &&
+      rotation_cosine(moved.R) > motion_cos)
+    return;
   voxels.integrate(frame, rays, T_camera_world.inverse());
   T_integrated_world = T_camera_world;
   integrated_once = report.integrated = true;
@@ -497,10 +529,13 @@ FrameReport LocalMapper::Impl::process(const hal::FrameView& frame) {
     Pose T_camera_world;
     TrackReason reason = locate(report, T_camera_world);
     const Pose jump = T_previous_world * T_camera_world.inverse();
-    if (reason == TrackReason::ok && state == TrackState::tracking && (jump.t.squaredNorm() > 0.25 || rotation_cosine(jump.R) < jump_cos))
+    if (reason == TrackReason::ok && state == TrackState::tracking &&
+        (jump.t.squaredNorm() > 0.25 || rotation_cosine(jump.R) < jump_cos))
       reason = TrackReason::inconsistent_motion;
-    if (reason == TrackReason::ok) follow(frame, T_camera_world, report);
-    else lose(report, reason);
+    if (reason == TrackReason::ok)
+      follow(frame, T_camera_world, report);
+    else
+      lose(report, reason);
   }
   begin(Step::count);
   return report;
@@ -540,8 +575,9 @@ void LocalMapper::reserve_record(KeyframeRecord& out, const LocalMapperConfig& c
 std::size_t LocalMapper::bytes() const {
   const Impl& m = *impl_;
   return m.map.bytes() + m.voxels.bytes() + m.adjuster.bytes() + m.trajectory.bytes() + m.voxel_grid.bytes() +
-         (m.surf ? m.surf->bytes() : 0) + m.gray.size() * (1 + 2 * sizeof(float)) + m.raw_points.size() * 2 * sizeof(Vector3f) +
-         static_cast<std::size_t>(kGridWidth) * kGridHeight * 2 * sizeof(Vector3f);
+         (m.surf ? m.surf->bytes() : 0) + m.gray.size() * (1 + 2 * sizeof(float)) +
+         m.raw_points.size() * 2 * sizeof(Vector3f) +
+         static_cast<std::size_t>(kGridWidth) * kGridHeight * 4 * sizeof(Vector3f);
 }
 
 LocalMapper::MatchPicture LocalMapper::last_matches() const {

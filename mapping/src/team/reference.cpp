@@ -9,7 +9,9 @@ namespace onemap::mapping {
 namespace {
 
 // "The most and best matches": how many features agree, weighted by the quality ratio. Integers, so ties are exact.
-std::uint64_t quality(const LinkRecord& link) { return static_cast<std::uint64_t>(link.inliers) * std::max<std::uint32_t>(1, link.ratio_e4); }
+std::uint64_t quality(const LinkRecord& link) {
+  return static_cast<std::uint64_t>(link.inliers) * std::max<std::uint32_t>(1, link.ratio_e4);
+}
 
 // The last link of each pair decides; robots that are not known do not count.
 std::vector<LinkRecord> usable(std::span<const RobotId> robots, std::span<const LinkRecord> links) {
@@ -30,12 +32,15 @@ RobotId most_matched(std::span<const RobotId> robots, const std::vector<LinkReco
   std::map<RobotId, std::uint64_t> sum;
   for (const RobotId& id : robots) sum[id] = 0;
   for (const LinkRecord& link : links) sum[link.a] += quality(link), sum[link.b] += quality(link);
-  return std::max_element(sum.begin(), sum.end(), [](const auto& x, const auto& y) { return x.second < y.second; })->first;
+  return std::max_element(sum.begin(), sum.end(), [](const auto& x, const auto& y) { return x.second < y.second; })
+      ->first;
 }
 
 }  // namespace
 
-RobotId elect(std::span<const RobotId> robots) { return robots.empty() ? RobotId{} : *std::min_element(robots.begin(), robots.end()); }
+RobotId elect(std::span<const RobotId> robots) {
+  return robots.empty() ? RobotId{} : *std::min_element(robots.begin(), robots.end());
+}
 
 SolutionRecord solve(std::span<const RobotId> robots, std::span<const LinkRecord> links) {
   SolutionRecord solution;
@@ -50,8 +55,10 @@ SolutionRecord solve(std::span<const RobotId> robots, std::span<const LinkRecord
       const auto a = placed.find(link.a), b = placed.find(link.b);
       if ((a == placed.end()) == (b == placed.end())) continue;
       const Pose T_a_b = from_quantized(link.T_a_b);
-      if (a != placed.end()) placed[link.b] = a->second * T_a_b;
-      else placed[link.a] = b->second * T_a_b.inverse();
+      if (a != placed.end())
+        placed[link.b] = a->second * T_a_b;
+      else
+        placed[link.a] = b->second * T_a_b.inverse();
       ++solution.links_used;
       grown = true;
       break;

@@ -12,11 +12,11 @@ namespace onemap::mapping {
 
 namespace {
 
-constexpr std::size_t kQuickFeatures = 128;   // for choosing the pairs that are worth a closer look
-constexpr std::size_t kMaxCandidates = 32;    // pairs of clouds looked at closely for a pair of robots
-constexpr int kQuickMatches = 8;              // a candidate has at least so many quick matches
+constexpr std::size_t kQuickFeatures = 128;               // for choosing the pairs that are worth a closer look
+constexpr std::size_t kMaxCandidates = 32;                // pairs of clouds looked at closely for a pair of robots
+constexpr int kQuickMatches = 8;                          // a candidate has at least so many quick matches
 constexpr double kAgree_m = 0.08, kAgreeCosine = 0.9976;  // two pairs agree within 8 cm and 4 degrees
-constexpr double kMinOverlap = 0.25;          // of the source's depth cells that ICP must explain
+constexpr double kMinOverlap = 0.25;                      // of the source's depth cells that ICP must explain
 constexpr double kMaxIcpError_m = 0.03;
 
 // A keyframe record unpacked for matching.
@@ -79,9 +79,11 @@ LinkReason refine_by_icp(const Cloud& r, const Cloud& s, PairResult& result) {
   const IcpResult icp = Icp(config).align(r.grid, s.cells, result.T_r_s);
   result.error_m = icp.error_m;
   const bool overlaps = icp.inliers >= kMinOverlap * static_cast<double>(s.cells.size());
-  if (icp.reason == IcpReason::too_few_inliers || !overlaps || icp.error_m > kMaxIcpError_m) return LinkReason::icp_failed;
+  if (icp.reason == IcpReason::too_few_inliers || !overlaps || icp.error_m > kMaxIcpError_m)
+    return LinkReason::icp_failed;
   const Pose off = result.T_r_s.inverse() * icp.T_target_source;
-  if (icp.converged && off.t.norm() < kAgree_m && 0.5 * (off.R.trace() - 1) > kAgreeCosine) result.T_r_s = icp.T_target_source;
+  if (icp.converged && off.t.norm() < kAgree_m && 0.5 * (off.R.trace() - 1) > kAgreeCosine)
+    result.T_r_s = icp.T_target_source;
   return LinkReason::accepted;
 }
 
@@ -109,7 +111,9 @@ Verified verify_clouds(const Cloud& r, const Cloud& s, const VerifyConfig& confi
   std::vector<Vector3d> points_r, points_s;
   for (std::size_t i = 0; i < matches.size(); ++i) {
     const Vector3d &p = r.points[matches[i].a], &q = s.points[matches[i].b];
-    const auto coherent = [](double z) { return z >= static_cast<double>(kMinDepth_m) && z <= static_cast<double>(kMaxDepth_m); };
+    const auto coherent = [](double z) {
+      return z >= static_cast<double>(kMinDepth_m) && z <= static_cast<double>(kMaxDepth_m);
+    };
     if (kept[i] && coherent(p.z()) && coherent(q.z())) points_r.push_back(p), points_s.push_back(q);
   }
   v.result.reason = LinkReason::depth_incoherent;
@@ -144,7 +148,8 @@ struct Candidate {
   std::size_t r, s;
 };
 
-// The pairs of clouds with most matches among their strongest features, spread over the clouds: no cloud more than four times.
+// The pairs of clouds with most matches among their strongest features, spread over the clouds: no cloud more than four
+// times.
 std::vector<Candidate> candidates(const std::vector<Cloud>& a, const std::vector<Cloud>& b) {
   std::vector<FeatureSet> quick_a, quick_b;
   for (const Cloud& c : a) quick_a.push_back(strongest(c.features));
@@ -158,7 +163,8 @@ std::vector<Candidate> candidates(const std::vector<Cloud>& a, const std::vector
       const int n = static_cast<int>(matcher.match(quick_a[r], quick_b[s]).size());
       if (n >= kQuickMatches) all.push_back({n, r, s});
     }
-  std::stable_sort(all.begin(), all.end(), [](const Candidate& x, const Candidate& y) { return x.matches > y.matches; });
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Candidate& x, const Candidate& y) { return x.matches > y.matches; });
   std::vector<int> times_r(a.size()), times_s(b.size());
   std::vector<Candidate> chosen;
   for (const Candidate& c : all) {
@@ -172,15 +178,19 @@ std::vector<Candidate> candidates(const std::vector<Cloud>& a, const std::vector
 }
 
 // Eq. (11): ref_a T ref_b through the clouds r and s.
-Pose between_references(const Cloud& r, const Cloud& s, const Pose& T_r_s) { return r.T_robot_keyframe * T_r_s * s.T_robot_keyframe.inverse(); }
+Pose between_references(const Cloud& r, const Cloud& s, const Pose& T_r_s) {
+  return r.T_robot_keyframe * T_r_s * s.T_robot_keyframe.inverse();
+}
 
 bool agree(const Pose& x, const Pose& y, const Vector3d& at) {
   const Pose off = x.inverse() * y;
   return 0.5 * (off.R.trace() - 1) > kAgreeCosine && (off * at - at).norm() < kAgree_m;
 }
 
-// One transform from all matched points of the agreeing pairs, in the robots' own frames; outliers of the fit leave twice.
-double fit_common(const std::vector<Cloud>& a, const std::vector<Cloud>& b, const std::vector<const Verified*>& pairs, Pose& T_a_b, int& inliers) {
+// One transform from all matched points of the agreeing pairs, in the robots' own frames; outliers of the fit leave
+// twice.
+double fit_common(const std::vector<Cloud>& a, const std::vector<Cloud>& b, const std::vector<const Verified*>& pairs,
+                  Pose& T_a_b, int& inliers) {
   std::vector<Vector3d> points_a, points_b;
   for (const Verified* v : pairs)
     for (std::size_t i = 0; i < v->points_r.size(); ++i) {
@@ -221,7 +231,8 @@ LinkRecord verify_robots(const RobotId& a, std::span<const KeyframeRecord> keyfr
   std::vector<Cloud> clouds_a, clouds_b;
   for (const auto& k : keyframes_a) clouds_a.push_back(unpack(k));
   for (const auto& k : keyframes_b) clouds_b.push_back(unpack(k));
-  if (clouds_a.empty() || clouds_b.empty() || keyframes_a[0].descriptor_kind != keyframes_b[0].descriptor_kind) return link;
+  if (clouds_a.empty() || clouds_b.empty() || keyframes_a[0].descriptor_kind != keyframes_b[0].descriptor_kind)
+    return link;
 
   std::vector<Verified> verified;
   int best_refused = -1;
@@ -245,13 +256,16 @@ LinkRecord verify_robots(const RobotId& a, std::span<const KeyframeRecord> keyfr
     std::vector<const Verified*> support;
     for (const Verified& other : verified) {
       const Vector3d at = clouds_b[other.s].T_robot_keyframe.t;
-      if (agree(T, between_references(clouds_a[other.r], clouds_b[other.s], other.result.T_r_s), at)) support.push_back(&other);
+      if (agree(T, between_references(clouds_a[other.r], clouds_b[other.s], other.result.T_r_s), at))
+        support.push_back(&other);
     }
     if (support.size() > best.size()) best = support;
   }
   if (best.empty()) return link;
   link.supporting_pairs = static_cast<std::uint32_t>(best.size());
-  const Verified& top = **std::max_element(best.begin(), best.end(), [](const Verified* x, const Verified* y) { return x->result.inliers < y->result.inliers; });
+  const Verified& top = **std::max_element(best.begin(), best.end(), [](const Verified* x, const Verified* y) {
+    return x->result.inliers < y->result.inliers;
+  });
   link.keyframe_a = keyframes_a[top.r].index;
   link.keyframe_b = keyframes_b[top.s].index;
   link.ratio_e4 = static_cast<std::uint32_t>(std::lround(top.result.ratio * 10000));

@@ -14,7 +14,19 @@
 namespace onemap::mapping {
 
 // The steps of a frame, in order; for timing by whoever owns a clock.
-enum class Step : std::uint8_t { gray, features, cloud, match, fundamental, ransac, icp, refine, keyframe, integrate, count };
+enum class Step : std::uint8_t {
+  gray,
+  features,
+  cloud,
+  match,
+  fundamental,
+  ransac,
+  icp,
+  refine,
+  keyframe,
+  integrate,
+  count
+};
 inline constexpr std::size_t kSteps = static_cast<std::size_t>(Step::count);
 std::string_view to_string(Step step);
 
@@ -27,11 +39,11 @@ struct StepHook {
 struct LocalMapperConfig {
   DescriptorKind features = DescriptorKind::surf;
   int max_features = 500;
-  int max_keyframes = 300;            // kept for matching and relocalisation; full: the most redundant old one makes room
+  int max_keyframes = 200;  // kept for matching and relocalisation; full: the most redundant old one makes room
   double keyframe_translation_m = 0.10;  // motion since the nearest keyframe that makes a new one
   double keyframe_rotation_deg = 8.0;
-  double min_motion_m = 0.005;        // the paper: frames whose motion is under a threshold are not added to the map
-  double min_motion_deg = 0.4;
+  double min_motion_m = 0.03;  // the paper: frames whose motion is under a threshold are not added to the map
+  double min_motion_deg = 2.0;
   VoxelMapConfig map;
   std::uint64_t seed = 1;
 };
@@ -39,29 +51,42 @@ struct LocalMapperConfig {
 enum class TrackState : std::uint8_t { starting, tracking, lost };
 
 // Why a frame could not be placed (the first that failed, against the last keyframe tried).
-enum class TrackReason : std::uint8_t { ok, first_frame, too_few_features, too_few_matches, fundamental_failed, depth_incoherent,
-                                        ransac_failed, icp_failed, inconsistent_motion, time_not_increasing, count };
+enum class TrackReason : std::uint8_t {
+  ok,
+  first_frame,
+  too_few_features,
+  too_few_matches,
+  fundamental_failed,
+  depth_incoherent,
+  ransac_failed,
+  icp_failed,
+  inconsistent_motion,
+  time_not_increasing,
+  count
+};
 std::string_view to_string(TrackReason reason);
 
 struct FrameReport {
   TrackState state = TrackState::starting;
   TrackReason reason = TrackReason::ok;
   bool keyframe_added = false;
-  bool integrated = false;    // added to the voxel map
-  bool relocalized = false;   // placed again after being lost
+  bool integrated = false;   // added to the voxel map
+  bool relocalized = false;  // placed again after being lost
   int features = 0, matches = 0, inliers = 0;
   std::uint32_t reference_keyframe = 0;
-  Pose T_robot_camera;        // current estimate; meaningful when state == tracking
+  Pose T_robot_camera;  // current estimate; meaningful when state == tracking
 };
 
 struct LocalMapperCounters {
-  std::uint64_t frames = 0, tracked = 0, lost = 0, times_lost = 0, relocalized = 0, keyframes = 0, keyframes_evicted = 0, integrated = 0;
+  std::uint64_t frames = 0, tracked = 0, lost = 0, times_lost = 0, relocalized = 0, keyframes = 0,
+                keyframes_evicted = 0, integrated = 0;
   std::array<std::uint64_t, static_cast<std::size_t>(TrackReason::count)> refused{};  // by reason
 };
 
 // One robot's tracking and map: the paper's section 3. process() runs the whole frame path on the caller's thread and
-// does not allocate after the constructor. What leaves the robot (keyframes, poses) is taken in sealed form: a keyframe's
-// pose may still move a little while it is in the optimisation window, so it is handed out when it leaves it.
+// does not allocate after the constructor. What leaves the robot (keyframes, poses) is taken in sealed form: a
+// keyframe's pose may still move a little while it is in the optimisation window, so it is handed out when it leaves
+// it.
 class LocalMapper {
  public:
   LocalMapper(const LocalMapperConfig& config, const hal::Intrinsics& intrinsics);
@@ -73,8 +98,8 @@ class LocalMapper {
   FrameReport process(const hal::FrameView& frame);
   void finish();  // no more frames: everything becomes sealed, the last keyframes are fused into the map
 
-  // Sealed keyframes and poses in order; false when there is none (yet). out's memory is reused: reserve_record() it once
-  // and no call allocates. Poses come in batches of at most 256.
+  // Sealed keyframes and poses in order; false when there is none (yet). out's memory is reused: reserve_record() it
+  // once and no call allocates. Poses come in batches of at most 256.
   bool take_keyframe(KeyframeRecord& out);
   bool take_poses(TrajectoryRecord& out);
   static void reserve_record(KeyframeRecord& out, const LocalMapperConfig& config);
@@ -88,8 +113,8 @@ class LocalMapper {
   struct MatchPicture {
     const FeatureSet* frame = nullptr;
     const FeatureSet* keyframe = nullptr;
-    std::span<const Match> matches;           // a: frame, b: keyframe
-    std::span<const std::uint8_t> kept;       // 1 kept, 0 rejected
+    std::span<const Match> matches;      // a: frame, b: keyframe
+    std::span<const std::uint8_t> kept;  // 1 kept, 0 rejected
     std::uint32_t keyframe_index = 0;
   };
   MatchPicture last_matches() const;

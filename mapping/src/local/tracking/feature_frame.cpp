@@ -16,12 +16,14 @@ namespace {
 
 // The median of the valid readings in the 3x3 neighbourhood, if they agree: a feature on a depth edge has no one depth.
 double depth_at(std::span<const std::uint16_t> depth, int width, int height, double u, double v, double scale) {
-  const int x = std::clamp(static_cast<int>(u + 0.5), 1, width - 2), y = std::clamp(static_cast<int>(v + 0.5), 1, height - 2);
+  const int x = std::clamp(static_cast<int>(u + 0.5), 1, width - 2),
+            y = std::clamp(static_cast<int>(v + 0.5), 1, height - 2);
   std::array<std::uint16_t, 9> near{};
   std::size_t n = 0;
   for (int dy = -1; dy <= 1; ++dy)
     for (int dx = -1; dx <= 1; ++dx) {
-      const auto value = depth[static_cast<std::size_t>(y + dy) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x + dx)];
+      const auto value =
+          depth[static_cast<std::size_t>(y + dy) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x + dx)];
       if (value == 0) continue;
       std::size_t at = n++;  // insertion sort of at most nine values
       for (; at > 0 && near[at - 1] > value; --at) near[at] = near[at - 1];
@@ -36,7 +38,8 @@ double depth_at(std::span<const std::uint16_t> depth, int width, int height, dou
 
 }  // namespace
 
-void attach_geometry(FeatureFrame& frame, std::span<const std::uint16_t> depth, const RayTable& rays, double depth_scale) {
+void attach_geometry(FeatureFrame& frame, std::span<const std::uint16_t> depth, const RayTable& rays,
+                     double depth_scale) {
   const std::size_t n = frame.set.size();
   frame.ray.resize(n);
   frame.depth_m.resize(n);

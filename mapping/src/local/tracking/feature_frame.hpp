@@ -24,6 +24,7 @@ struct FeatureFrame {
 };
 
 // Fills ray, depth_m (depths outside kMinDepth_m..kMaxDepth_m do not count) and landmark (-1) for set.
-void attach_geometry(FeatureFrame& frame, std::span<const std::uint16_t> depth, const RayTable& rays, double depth_scale);
+void attach_geometry(FeatureFrame& frame, std::span<const std::uint16_t> depth, const RayTable& rays,
+                     double depth_scale);
 
 }  // namespace onemap::mapping

@@ -7,7 +7,12 @@
 namespace onemap::mapping {
 
 GuidedSearch::GuidedSearch(const hal::Intrinsics& k, std::size_t max_features)
-    : fx_(k.fx), fy_(k.fy), cx_(k.cx), cy_(k.cy), columns_((k.width + kCell_px - 1) / kCell_px), rows_((k.height + kCell_px - 1) / kCell_px) {
+    : fx_(k.fx),
+      fy_(k.fy),
+      cx_(k.cx),
+      cy_(k.cy),
+      columns_((k.width + kCell_px - 1) / kCell_px),
+      rows_((k.height + kCell_px - 1) / kCell_px) {
   cell_begin_.reserve(static_cast<std::size_t>(columns_ * rows_) + 1);
   order_.reserve(max_features);
   pixel_.reserve(max_features);
@@ -29,18 +34,21 @@ void GuidedSearch::index(const FeatureFrame& frame) {
     pixel_[i] = {static_cast<float>(fx_ * frame.ray[i].x() + cx_), static_cast<float>(fy_ * frame.ray[i].y() + cy_)};
     ++cell_begin_[cell_of(i) + 1];
   }
-  for (std::size_t c = 1; c < cell_begin_.size(); ++c) cell_begin_[c] = static_cast<std::uint16_t>(cell_begin_[c] + cell_begin_[c - 1]);
+  for (std::size_t c = 1; c < cell_begin_.size(); ++c)
+    cell_begin_[c] = static_cast<std::uint16_t>(cell_begin_[c] + cell_begin_[c - 1]);
   // Counting sort from the back keeps the order of features within a cell and leaves cell_begin_ at the beginnings.
   for (std::size_t i = n; i > 0; --i) order_[--cell_begin_[cell_of(i - 1) + 1]] = static_cast<std::uint16_t>(i - 1);
   for (std::size_t c = 0; c + 1 < cell_begin_.size(); ++c) cell_begin_[c] = cell_begin_[c + 1];
   cell_begin_.back() = static_cast<std::uint16_t>(n);
 }
 
-void GuidedSearch::nearest(const Landmark& landmark, double u, double v, const SearchConfig& config, const FeatureFrame& frame,
-                           int& feature, std::int32_t& distance) const {
+void GuidedSearch::nearest(const Landmark& landmark, double u, double v, const SearchConfig& config,
+                           const FeatureFrame& frame, int& feature, std::int32_t& distance) const {
   const double r = config.radius_px;
-  const int c0 = std::max(0, static_cast<int>(u - r) / kCell_px), c1 = std::min(columns_ - 1, static_cast<int>(u + r) / kCell_px);
-  const int r0 = std::max(0, static_cast<int>(v - r) / kCell_px), r1 = std::min(rows_ - 1, static_cast<int>(v + r) / kCell_px);
+  const int c0 = std::max(0, static_cast<int>(u - r) / kCell_px),
+            c1 = std::min(columns_ - 1, static_cast<int>(u + r) / kCell_px);
+  const int r0 = std::max(0, static_cast<int>(v - r) / kCell_px),
+            r1 = std::min(rows_ - 1, static_cast<int>(v + r) / kCell_px);
   std::int32_t best = config.max_distance + 1, second = config.max_distance + 1;
   feature = -1;
   for (int row = r0; row <= r1; ++row)
@@ -51,16 +59,20 @@ void GuidedSearch::nearest(const Landmark& landmark, double u, double v, const S
         const double du = pixel_[i].x() - u, dv = pixel_[i].y() - v;
         if (du * du + dv * dv > r * r || frame.set.keypoints[i].laplacian != landmark.laplacian) continue;
         const std::int32_t d = descriptor_distance(frame.set.descriptors[i], landmark.descriptor, frame.set.kind);
-        if (d < best) second = best, best = d, feature = static_cast<int>(i);
-        else if (d < second) second = d;
+        if (d < best)
+          second = best, best = d, feature = static_cast<int>(i);
+        else if (d < second)
+          second = d;
       }
     }
-  const float squared_ratio = frame.set.kind == DescriptorKind::surf ? config.max_ratio * config.max_ratio : config.max_ratio;
+  const float squared_ratio =
+      frame.set.kind == DescriptorKind::surf ? config.max_ratio * config.max_ratio : config.max_ratio;
   if (best > config.max_distance || static_cast<float>(best) > squared_ratio * static_cast<float>(second)) feature = -1;
   distance = best;
 }
 
-int GuidedSearch::find(LandmarkMap& map, std::span<const std::int32_t> ids, const Pose& T, const SearchConfig& config, FeatureFrame& frame) {
+int GuidedSearch::find(LandmarkMap& map, std::span<const std::int32_t> ids, const Pose& T, const SearchConfig& config,
+                       FeatureFrame& frame) {
   claim_.assign(frame.size(), -1);
   claim_distance_.assign(frame.size(), 0);
   const double width = 2 * cx_ + 1, height = 2 * cy_ + 1;

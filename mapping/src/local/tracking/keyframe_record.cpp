@@ -29,7 +29,9 @@ void store_grid(const OrganizedCloud& cloud, MapKeyframe& keyframe) {
   keyframe.grid_cy = static_cast<double>(cloud.cy);
   for (std::size_t i = 0; i < keyframe.grid_depth.size(); ++i) {
     const double z = static_cast<double>(cloud.points[i].z());
-    keyframe.grid_depth[i] = z > 0 && z <= static_cast<double>(kMaxDepth_m) ? static_cast<std::uint16_t>(std::lround(z / kPointUnit_m)) : std::uint16_t{0};
+    keyframe.grid_depth[i] = z > 0 && z <= static_cast<double>(kMaxDepth_m)
+                                 ? static_cast<std::uint16_t>(std::lround(z / kPointUnit_m))
+                                 : std::uint16_t{0};
   }
 }
 
@@ -56,7 +58,8 @@ void fill_record(const MapKeyframe& keyframe, KeyframeRecord& out) {
     if (!f.has_depth(i)) continue;
     const Vector3d p = f.point(i);
     if (!fits(p.x()) || !fits(p.y()) || !fits(p.z())) continue;
-    out.features.push_back({{units(p.x()), units(p.y()), units(p.z())}, f.set.keypoints[i].laplacian, f.set.descriptors[i]});
+    out.features.push_back(
+        {{units(p.x()), units(p.y()), units(p.z())}, f.set.keypoints[i].laplacian, f.set.descriptors[i]});
   }
   DepthGrid& g = out.grid;
   g.width = kGridWidth / kRecordStride;
@@ -65,7 +68,8 @@ void fill_record(const MapKeyframe& keyframe, KeyframeRecord& out) {
   g.fx_fy_cx_cy = {fixed(keyframe.grid_fx), fixed(keyframe.grid_fy), fixed(keyframe.grid_cx), fixed(keyframe.grid_cy)};
   g.depth.clear();
   for (int v = 0; v < kGridHeight; v += kRecordStride)
-    for (int u = 0; u < kGridWidth; u += kRecordStride) g.depth.push_back(keyframe.grid_depth[static_cast<std::size_t>(v * kGridWidth + u)]);
+    for (int u = 0; u < kGridWidth; u += kRecordStride)
+      g.depth.push_back(keyframe.grid_depth[static_cast<std::size_t>(v * kGridWidth + u)]);
 }
 
 }  // namespace onemap::mapping

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <limits>
 #include <utility>
 
@@ -42,19 +43,34 @@ void LandmarkMap::evict(std::size_t slot) {
   ++evicted_;
 }
 
-std::size_t LandmarkMap::take_keyframe_slot(std::span<const std::size_t> keep) {
-  std::size_t worst = 0;
+std::size_t LandmarkMap::least_useful(std::span<const std::size_t> keep) const {
+  std::size_t worst = keyframes_.size();
   int worst_own = std::numeric_limits<int>::max();
   for (std::size_t slot = 0; slot < keyframes_.size(); ++slot) {
     const MapKeyframe& k = keyframes_[slot];
-    if (!k.used) return slot;
-    if (!k.sealed || std::find(keep.begin(), keep.end(), slot) != keep.end()) continue;
+    if (!k.used || !k.sealed || std::find(keep.begin(), keep.end(), slot) != keep.end()) continue;
     int own = 0;  // landmarks that would be lost or nearly lost with it
     for (const std::int32_t id : k.features.landmark) own += id >= 0 && landmark(id).observations <= 2;
     if (own < worst_own) worst_own = own, worst = slot;
   }
-  evict(worst);
   return worst;
+}
+
+std::size_t LandmarkMap::take_keyframe_slot(std::span<const std::size_t> keep) {
+  for (std::size_t slot = 0; slot < keyframes_.size(); ++slot)
+    if (!keyframes_[slot].used) return slot;
+  const std::size_t slot = least_useful(keep);
+  assert(slot < keyframes_.size() && "the pool is larger than the window");
+  evict(slot);
+  return slot;
+}
+
+void LandmarkMap::make_room(std::size_t landmarks, std::span<const std::size_t> keep) {
+  while (free_.size() < landmarks) {
+    const std::size_t slot = least_useful(keep);
+    if (slot == keyframes_.size()) return;
+    evict(slot);
+  }
 }
 
 std::size_t LandmarkMap::covisible(std::uint32_t mark, int min_shared, std::span<std::size_t> out) const {
@@ -84,7 +100,8 @@ std::size_t LandmarkMap::bytes() const {
   for (const MapKeyframe& k : keyframes_) {
     const std::size_t features = k.features.ray.capacity();
     total += sizeof(MapKeyframe) + k.grid_depth.size() * 2;
-    total += features * (sizeof(Keypoint) + sizeof(Descriptor) + sizeof(Eigen::Vector2d) + sizeof(double) + sizeof(std::int32_t));
+    total += features *
+             (sizeof(Keypoint) + sizeof(Descriptor) + sizeof(Eigen::Vector2d) + sizeof(double) + sizeof(std::int32_t));
   }
   return total;
 }

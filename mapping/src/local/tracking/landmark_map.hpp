@@ -12,10 +12,10 @@ struct Landmark {
   Vector3d p_world = Vector3d::Zero();  // robot's own frame
   Descriptor descriptor;                // as the last keyframe saw it
   std::int8_t laplacian = 0;
-  std::uint16_t observations = 0;  // keyframes that see it
+  std::uint16_t observations = 0;        // keyframes that see it
   std::uint32_t visible = 0, found = 0;  // frames in which it should have been, and was, seen
-  std::uint32_t mark = 0;          // scratch of whoever walks the map, see LandmarkMap::next_mark
-  std::int32_t slot = -1;          // scratch: index within the walk
+  std::uint32_t mark = 0;                // scratch of whoever walks the map, see LandmarkMap::next_mark
+  std::int32_t slot = -1;                // scratch: index within the walk
   bool used = false;
 };
 
@@ -43,9 +43,12 @@ class LandmarkMap {
   Landmark& landmark(std::int32_t id) { return landmarks_[static_cast<std::size_t>(id)]; }
   const Landmark& landmark(std::int32_t id) const { return landmarks_[static_cast<std::size_t>(id)]; }
 
-  // A free keyframe slot, evicting the sealed keyframe with the least own landmarks when there is none (never those in keep).
+  // A free keyframe slot, evicting the sealed keyframe with the least own landmarks when there is none (never those in
+  // keep).
   std::size_t take_keyframe_slot(std::span<const std::size_t> keep);
-  std::int32_t add_landmark();  // -1 when the pool is full
+  // Evicts sealed keyframes until so many landmarks can be added (or nothing is left to evict).
+  void make_room(std::size_t landmarks, std::span<const std::size_t> keep);
+  std::int32_t add_landmark();                              // -1 when the pool is full
   void unlink(MapKeyframe& keyframe, std::size_t feature);  // the landmark goes when nobody sees it any more
   std::uint64_t evicted() const { return evicted_; }
   std::uint32_t next_mark() { return ++mark_; }
@@ -56,6 +59,8 @@ class LandmarkMap {
 
  private:
   void evict(std::size_t slot);
+  // The sealed keyframe with the least landmarks of its own; none: keyframe_capacity().
+  std::size_t least_useful(std::span<const std::size_t> keep) const;
   std::vector<MapKeyframe> keyframes_;
   std::vector<Landmark> landmarks_;
   std::vector<std::int32_t> free_;

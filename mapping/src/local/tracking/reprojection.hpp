@@ -5,14 +5,14 @@
 
 namespace onemap::mapping {
 
-// What one feature says of where its landmark is, in pixels: the image position and, as a structured-light camera measures
-// depth by a disparity over its baseline, the disparity b f / z (b f of the Kinect family: 0.075 m x 525 px).
+// What one feature says of where its landmark is, in pixels: the image position and, as a structured-light camera
+// measures depth by a disparity over its baseline, the disparity b f / z (b f of the Kinect family: 0.075 m x 525 px).
 inline constexpr double kBaselineFocal_px_m = 40.0;
 
 struct Observation {
-  Eigen::Vector2d ray;      // undistorted, z = 1
-  double inverse_depth = 0; // 1/m, 0 = none
-  double weight = 1;        // 1 / sigma^2 in 1/px^2
+  Eigen::Vector2d ray;       // undistorted, z = 1
+  double inverse_depth = 0;  // 1/m, 0 = none
+  double weight = 1;         // 1 / sigma^2 in 1/px^2
 };
 
 // Residual (3 rows; the third is 0 without depth) of a point in the camera's frame, in pixels.

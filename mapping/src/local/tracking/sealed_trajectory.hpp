@@ -7,7 +7,8 @@
 
 namespace onemap::mapping {
 
-// Tracked frames on their way out. A frame is kept relative to its reference keyframe until that keyframe's pose is final.
+// Tracked frames on their way out. A frame is kept relative to its reference keyframe until that keyframe's pose is
+// final.
 class SealedTrajectory {
  public:
   explicit SealedTrajectory(std::size_t capacity);

@@ -10,7 +10,8 @@ constexpr int kIterations = 4;
 constexpr double kMinZ_m = 0.02;
 constexpr int N = 6 * static_cast<int>(kWindow);
 
-// Solves S x = b for the leading n rows by Cholesky, in a fixed order of operations; false when S is not positive definite.
+// Solves S x = b for the leading n rows by Cholesky, in a fixed order of operations; false when S is not positive
+// definite.
 bool cholesky_solve(Eigen::Matrix<double, N, N>& S, Eigen::Matrix<double, N, 1>& x, int n) {
   for (int j = 0; j < n; ++j) {
     double d = S(j, j);
@@ -70,8 +71,10 @@ void WindowAdjuster::add_observations(LandmarkMap& map, std::size_t slot, std::i
     }
     if (gathered_.size() == gathered_.capacity()) return;
     const double size = std::max(1.0, static_cast<double>(k.features.set.keypoints[i].size_px) / 24.0);
-    gathered_.push_back({{k.features.ray[i], k.features.has_depth(i) ? 1 / k.features.depth_m[i] : 0.0, 1 / (size * size)},
-                         pose, static_cast<std::uint32_t>(i)});
+    gathered_.push_back(
+        {{k.features.ray[i], k.features.has_depth(i) ? 1 / k.features.depth_m[i] : 0.0, 1 / (size * size)},
+         pose,
+         static_cast<std::uint32_t>(i)});
     point_of_.push_back(static_cast<std::uint32_t>(l.slot));
   }
 }
@@ -202,7 +205,8 @@ bool WindowAdjuster::solve(double lambda) {
   for (std::size_t j = 0; j < points_.size(); ++j) {
     Vector3d b = step_b_[j];
     for (std::uint32_t k = points_[j].begin; k < points_[j].end; ++k)
-      if (observations_[k].pose < static_cast<std::int32_t>(kWindow)) b.noalias() += W_[k] * delta_.segment<6>(6 * observations_[k].pose);
+      if (observations_[k].pose < static_cast<std::int32_t>(kWindow))
+        b.noalias() += W_[k] * delta_.segment<6>(6 * observations_[k].pose);
     trial_[j] = points_[j].p - inverse_V_[j] * b;
   }
   return true;
@@ -213,7 +217,8 @@ void WindowAdjuster::drop_outliers(LandmarkMap& map, double focal_px) {
     for (std::uint32_t k = point.begin; k < point.end; ++k) {
       const Obs& obs = observations_[k];
       const Vector3d p = pose_of(obs.pose, pose_) * point.p;
-      const bool fits = p.z() > kMinZ_m && obs.o.weight * residual(p, obs.o, focal_px).squaredNorm() <= 1.5 * chi2_bound(obs.o);
+      const bool fits =
+          p.z() > kMinZ_m && obs.o.weight * residual(p, obs.o, focal_px).squaredNorm() <= 1.5 * chi2_bound(obs.o);
       if (fits || obs.pose >= static_cast<std::int32_t>(kWindow)) continue;
       map.unlink(map.keyframe(free_slot_[static_cast<std::size_t>(obs.pose)]), obs.feature);
     }

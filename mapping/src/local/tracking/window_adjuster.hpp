@@ -9,23 +9,23 @@
 
 namespace onemap::mapping {
 
-inline constexpr std::size_t kWindow = 8;        // keyframes whose poses are free
-inline constexpr std::size_t kFixedMost = 12;    // further keyframes that hold the landmarks in place
+inline constexpr std::size_t kWindow = 8;      // keyframes whose poses are free
+inline constexpr std::size_t kFixedMost = 12;  // further keyframes that hold the landmarks in place
 
 // Bundle adjustment of the last keyframes and their landmarks (Levenberg-Marquardt, landmarks eliminated by the Schur
 // complement, Huber weights). Memory is taken in the constructor.
 class WindowAdjuster {
  public:
   WindowAdjuster(std::size_t max_landmarks, std::size_t max_observations);
-  // free_slots: at most kWindow keyframes that move; the map's other keyframes that see the same landmarks stay. With none of
-  // these the first free keyframe stays. Observations that do not fit in the end are unlinked.
+  // free_slots: at most kWindow keyframes that move; the map's other keyframes that see the same landmarks stay. With
+  // none of these the first free keyframe stays. Observations that do not fit in the end are unlinked.
   void adjust(LandmarkMap& map, std::span<const std::size_t> free_slots, double focal_px);
   std::size_t bytes() const;
 
  private:
   struct Obs {
     Observation o;
-    std::int32_t pose;      // 0..kWindow-1 free, else kWindow + index of a fixed one
+    std::int32_t pose;  // 0..kWindow-1 free, else kWindow + index of a fixed one
     std::uint32_t feature;
   };
   struct Point {

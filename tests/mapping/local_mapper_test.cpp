@@ -1,0 +1,201 @@
+#include "mapping/local/local_mapper.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <optional>
+
+#include "hal/backends/simulated.hpp"
+#include "support/count_allocations.hpp"
+
+namespace onemap::mapping {
+namespace {
+
+struct Stream {
+  explicit Stream(const std::string& address_text) {
+    auto address = hal::parse_camera_address(address_text);
+    EXPECT_TRUE(address.ok());
+    auto opened = hal::open_simulated(*address);
+    EXPECT_TRUE(opened.ok()) << opened.error().text();
+    camera = std::move(opened.value());
+    pool.emplace(camera->intrinsics(), 2);
+    truth = hal::simulated_truth(*address).value();
+  }
+  std::optional<hal::Frame> next() {
+    hal::Frame frame = pool->acquire();
+    if (camera->grab(frame, std::chrono::milliseconds(0)) != hal::Grab::frame) return std::nullopt;
+    return frame;
+  }
+  std::unique_ptr<hal::DepthCamera> camera;
+  std::optional<hal::FramePool> pool;
+  std::vector<hal::SimulatedPose> truth;
+};
+
+LocalMapperConfig small_config() {
+  LocalMapperConfig config;
+  config.max_keyframes = 40;
+  config.map.budget_bytes = 24u << 20;
+  return config;
+}
+
+struct Walk {
+  std::vector<StampedPose> poses;
+  std::vector<KeyframeRecord> keyframes;
+  std::uint64_t digest = 0;
+  LocalMapperCounters counters;
+  std::vector<FrameReport> reports;
+};
+
+// Plays a stream through a mapper; change may alter a frame before it is processed.
+Walk play(const std::string& address, const LocalMapperConfig& config,
+         const std::function<void(hal::Frame&)>& change = {}) {
+  Stream stream(address);
+  LocalMapper mapper(config, stream.camera->intrinsics());
+  Walk walk;
+  KeyframeRecord keyframe;
+  TrajectoryRecord poses;
+  const auto drain = [&] {
+    while (mapper.take_keyframe(keyframe)) walk.keyframes.push_back(keyframe);
+    while (mapper.take_poses(poses)) walk.poses.insert(walk.poses.end(), poses.poses.begin(), poses.poses.end());
+  };
+  while (auto frame = stream.next()) {
+    if (change) change(*frame);
+    walk.reports.push_back(mapper.process(frame->view()));
+    drain();
+  }
+  mapper.finish();
+  drain();
+  walk.digest = mapper.map().digest();
+  walk.counters = mapper.counters();
+  return walk;
+}
+
+Pose truth_pose(const hal::SimulatedPose& p) {
+  const auto& q = p.q_world_camera_xyzw;
+  return {from_quaternion_wxyz({q[3], q[0], q[1], q[2]}),
+          Vector3d(p.t_world_camera_m[0], p.t_world_camera_m[1], p.t_world_camera_m[2])};
+}
+
+// Root mean square distance of the camera positions from the truth, both seen from the first camera.
+double position_error_m(const std::vector<StampedPose>& poses, const std::vector<hal::SimulatedPose>& truth) {
+  const Pose T_first_world = truth_pose(truth.front()).inverse();
+  double sum = 0;
+  std::size_t n = 0, k = 0;
+  for (const StampedPose& p : poses) {
+    while (k < truth.size() && truth[k].time < p.time) ++k;
+    if (k == truth.size() || truth[k].time != p.time) continue;
+    sum += (from_quantized(p.T_robot_camera).t - (T_first_world * truth_pose(truth[k])).t).squaredNorm();
+    ++n;
+  }
+  return n > 0 ? std::sqrt(sum / static_cast<double>(n)) : 1e9;
+}
+
+TEST(LocalMapper, FollowsASimulatedWalkThroughNoise) {
+  const std::string address = "simulated:living-room?frames=90&seed=3";
+  const Walk walk = play(address, small_config());
+  EXPECT_EQ(walk.counters.frames, 90u);
+  EXPECT_EQ(walk.counters.tracked, 90u);
+  EXPECT_EQ(walk.poses.size(), 90u) << "every tracked frame has one pose after finish()";
+  EXPECT_EQ(walk.keyframes.size(), walk.counters.keyframes);
+  EXPECT_GE(walk.keyframes.size(), 3u);
+  EXPECT_LT(position_error_m(walk.poses, Stream(address).truth), 0.02);
+}
+
+TEST(LocalMapper, PosesComeOutInOrderOfTime) {
+  const Walk walk = play("simulated:office?frames=60", small_config());
+  for (std::size_t i = 1; i < walk.poses.size(); ++i) EXPECT_LT(walk.poses[i - 1].time, walk.poses[i].time);
+}
+
+TEST(LocalMapper, SameFramesGiveTheSameBytes) {
+  const std::string address = "simulated:living-room?frames=40&robot=2&width=320&height=240";
+  const Walk a = play(address, small_config()), b = play(address, small_config());
+  EXPECT_EQ(a.digest, b.digest);
+  ASSERT_EQ(a.poses.size(), b.poses.size());
+  for (std::size_t i = 0; i < a.poses.size(); ++i) EXPECT_EQ(a.poses[i].T_robot_camera, b.poses[i].T_robot_camera);
+  ASSERT_EQ(a.keyframes.size(), b.keyframes.size());
+  for (std::size_t i = 0; i < a.keyframes.size(); ++i) EXPECT_EQ(encode(a.keyframes[i]), encode(b.keyframes[i]));
+}
+
+TEST(LocalMapper, AllocatesNothingOnTheFramePath) {
+  Stream stream("simulated:living-room?frames=60");
+  const LocalMapperConfig config = small_config();
+  LocalMapper mapper(config, stream.camera->intrinsics());
+  KeyframeRecord keyframe;
+  LocalMapper::reserve_record(keyframe, config);
+  TrajectoryRecord poses;
+  poses.poses.reserve(256);
+  std::vector<hal::Frame> frames;
+  std::uint64_t allocated = 0, keyframes = 0;
+  while (auto frame = stream.next()) {
+    const std::uint64_t before = test::allocations();
+    keyframes += mapper.process(frame->view()).keyframe_added;
+    while (mapper.take_keyframe(keyframe)) {
+    }
+    while (mapper.take_poses(poses)) {
+    }
+    allocated += test::allocations() - before;
+  }
+  EXPECT_GE(keyframes, 2u);
+  EXPECT_EQ(allocated, 0u);
+}
+
+TEST(LocalMapper, LostIsAStateThatIsCountedAndTrackingResumes) {
+  int n = 0;
+  const auto blind = [&](hal::Frame& frame) {
+    if (n >= 30 && n < 36) std::fill(frame.rgb().begin(), frame.rgb().end(), std::uint8_t{128});
+    ++n;
+  };
+  const Walk walk = play("simulated:living-room?frames=60", small_config(), blind);
+  EXPECT_EQ(walk.counters.times_lost, 1u);
+  EXPECT_EQ(walk.counters.lost, 6u);
+  EXPECT_EQ(walk.counters.relocalized, 1u);
+  EXPECT_EQ(walk.counters.tracked, 54u);
+  EXPECT_EQ(walk.counters.refused[static_cast<std::size_t>(TrackReason::too_few_features)], 6u);
+  EXPECT_EQ(walk.reports[30].state, TrackState::lost);
+  EXPECT_TRUE(walk.reports[36].relocalized);
+  EXPECT_LT(position_error_m(walk.poses, Stream("simulated:living-room?frames=60").truth), 0.02);
+}
+
+TEST(LocalMapper, DepthlessFramesAreRefusedWithTheirReason) {
+  const auto no_depth = [](hal::Frame& frame) {
+    std::fill(frame.depth().begin(), frame.depth().end(), std::uint16_t{0});
+  };
+  const Walk walk = play("simulated:living-room?frames=5", small_config(), no_depth);
+  EXPECT_EQ(walk.counters.tracked, 0u);
+  EXPECT_EQ(walk.counters.refused[static_cast<std::size_t>(TrackReason::depth_incoherent)], 5u);
+  EXPECT_EQ(walk.counters.times_lost, 0u) << "it never had a place to lose";
+}
+
+TEST(LocalMapper, TimeThatGoesBackIsRefused) {
+  int n = 0;
+  const auto back = [&](hal::Frame& frame) {
+    if (n++ == 10) frame.time -= std::chrono::seconds(1);
+  };
+  const Walk walk = play("simulated:living-room?frames=20", small_config(), back);
+  EXPECT_EQ(walk.counters.refused[static_cast<std::size_t>(TrackReason::time_not_increasing)], 1u);
+  EXPECT_EQ(walk.counters.tracked, 19u);
+}
+
+TEST(LocalMapper, KeyframePoolThatIsFullEvictsAndGoesOn) {
+  LocalMapperConfig config = small_config();
+  config.max_keyframes = 12;
+  config.keyframe_translation_m = 0.03;
+  config.keyframe_rotation_deg = 2;
+  const Walk walk = play("simulated:living-room?frames=120&width=320&height=240", config);
+  EXPECT_GT(walk.counters.keyframes_evicted, 0u);
+  EXPECT_EQ(walk.counters.tracked, 120u);
+  EXPECT_EQ(walk.keyframes.size(), walk.counters.keyframes) << "an evicted keyframe has left as a record before";
+}
+
+TEST(LocalMapper, OrbIsAnAlternative) {
+  LocalMapperConfig config = small_config();
+  config.features = DescriptorKind::orb;
+  const std::string address = "simulated:living-room?frames=40";
+  const Walk walk = play(address, config);
+  EXPECT_EQ(walk.counters.tracked, 40u);
+  EXPECT_LT(position_error_m(walk.poses, Stream(address).truth), 0.03);
+}
+
+}  // namespace
+}  // namespace onemap::mapping

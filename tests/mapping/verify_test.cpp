@@ -1,0 +1,83 @@
+#include "mapping/team/verify.hpp"
+
+#include <gtest/gtest.h>
+
+#include "hal/backends/simulated.hpp"
+#include "mapping/local/local_mapper.hpp"
+
+namespace onemap::mapping {
+namespace {
+
+// One robot's sealed keyframes and its true first pose in the room.
+struct Explorer {
+  std::vector<KeyframeRecord> keyframes;
+  Pose T_world_first;
+};
+
+Explorer explore(const std::string& address_text) {
+  Explorer out;
+  const auto address = hal::parse_camera_address(address_text);
+  auto camera = std::move(hal::open_simulated(*address).value());
+  const auto truth = hal::simulated_truth(*address).value();
+  const auto& q = truth[0].q_world_camera_xyzw;
+  const auto& t = truth[0].t_world_camera_m;
+  out.T_world_first = {from_quaternion_wxyz({q[3], q[0], q[1], q[2]}), Vector3d(t[0], t[1], t[2])};
+  hal::FramePool pool(camera->intrinsics(), 2);
+  LocalMapperConfig config;
+  config.max_keyframes = 60;
+  config.map.budget_bytes = 8u << 20;
+  LocalMapper mapper(config, camera->intrinsics());
+  for (;;) {
+    hal::Frame frame = pool.acquire();
+    if (camera->grab(frame, std::chrono::milliseconds(0)) != hal::Grab::frame) break;
+    mapper.process(frame.view());
+  }
+  mapper.finish();
+  KeyframeRecord record;
+  while (mapper.take_keyframe(record)) out.keyframes.push_back(record);
+  return out;
+}
+
+const RobotId kA = RobotId::from_name("a"), kB = RobotId::from_name("b");
+
+TEST(VerifyRobots, TwoRobotsInOneRoomAreRelatedAsTheyAre) {
+  const Explorer a = explore("simulated:living-room?robot=1&frames=100"),
+                 b = explore("simulated:living-room?robot=2&frames=100");
+  const LinkRecord link = verify_robots(kA, a.keyframes, kB, b.keyframes, {});
+  ASSERT_EQ(link.reason, LinkReason::accepted);
+  EXPECT_GE(link.supporting_pairs, 2u);
+  const Pose truth = a.T_world_first.inverse() * b.T_world_first, off = truth.inverse() * from_quantized(link.T_a_b);
+  EXPECT_LT(off.t.norm(), 0.04);
+  EXPECT_LT(rotation_angle(off.R), 0.02);
+}
+
+TEST(VerifyRobots, RobotsInDifferentPlacesAreRefusedWithAReason) {
+  const Explorer a = explore("simulated:living-room?robot=1&frames=60"),
+                 b = explore("simulated:storage?robot=1&frames=60");
+  const LinkRecord link = verify_robots(kA, a.keyframes, kB, b.keyframes, {});
+  EXPECT_NE(link.reason, LinkReason::accepted);
+}
+
+TEST(VerifyRobots, SameInputGivesTheSameBytes) {
+  const Explorer a = explore("simulated:office?robot=1&frames=50"), b = explore("simulated:office?robot=2&frames=50");
+  EXPECT_EQ(encode(verify_robots(kA, a.keyframes, kB, b.keyframes, {})),
+            encode(verify_robots(kA, a.keyframes, kB, b.keyframes, {})));
+}
+
+TEST(VerifyPair, AKeyframeMatchesItself) {
+  const Explorer a = explore("simulated:living-room?robot=1&frames=10");
+  const PairResult r = verify_pair(a.keyframes[0], a.keyframes[0], {});
+  EXPECT_EQ(r.reason, LinkReason::accepted);
+  EXPECT_LT(r.T_r_s.t.norm(), 1e-3);
+  EXPECT_GT(r.ratio, 0.9);
+}
+
+TEST(VerifyPair, NothingInCommonIsTooFewMatches) {
+  const Explorer a = explore("simulated:living-room?robot=1&frames=5");
+  KeyframeRecord empty = a.keyframes[0];
+  empty.features.clear();
+  EXPECT_EQ(verify_pair(a.keyframes[0], empty, {}).reason, LinkReason::too_few_matches);
+}
+
+}  // namespace
+}  // namespace onemap::mapping
