@@ -5,8 +5,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -105,6 +105,9 @@ struct Detector {
   std::vector<double> ms = {};
 };
 
+// CPU time of this program, which has one thread: other programs on the machine do not count.
+double cpu_ms() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
 double percentile(std::vector<double> v, double p) {
   if (v.empty()) return 0;
   const auto k = static_cast<std::ptrdiff_t>(p * static_cast<double>(v.size() - 1) + 0.5);
@@ -117,9 +120,9 @@ const Features& features(Detector& d, const Recording& r, std::size_t index, con
   Features& f = it->second;
   if (!fresh) return f;
   f.set.reserve(2000);
-  const auto start = std::chrono::steady_clock::now();
+  const double start = cpu_ms();
   d.detect(grey, f.set);
-  d.ms.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+  d.ms.push_back(cpu_ms() - start);
   std::vector<cv::Point2f> points;
   for (const Keypoint& k : f.set.keypoints) points.emplace_back(k.x_px, k.y_px);
   if (!points.empty()) cv::undistortPoints(points, f.undistorted, r.K, r.distortion, cv::noArray(), r.K);
@@ -156,9 +159,9 @@ struct PairScores {
 
 void score(const Recording& r, const Features& a, const Features& b, std::size_t i, std::size_t j, PairScores& out) {
   static Matcher matcher({.cross_check = true, .max_ratio = 1.f}, 2000);
-  const auto start = std::chrono::steady_clock::now();
+  const double start = cpu_ms();
   const auto matches = matcher.match(a.set, b.set);
-  out.match_ms.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+  out.match_ms.push_back(cpu_ms() - start);
   const auto projected = project(r, a, i, j);
   std::vector<cv::Point2f> pa, pb;
   int known = 0, truths = 0;
