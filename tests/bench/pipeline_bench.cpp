@@ -1,6 +1,6 @@
 // The whole frame path on a recording, on one core: milliseconds a frame with every step's share, memory, allocations;
 // beside OpenCV's RgbdOdometry (opencv_contrib) on the same frames in the same run, when that is installed.
-//   pipeline_bench SEQUENCE [--frames N] [--trajectory FILE] [--no-peer]
+//   pipeline_bench SEQUENCE [--frames N] [--every N] [--trajectory FILE] [--no-peer]
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -64,11 +64,13 @@ void write_pose(FILE* file, const mapping::StampedPose& p) {
 
 int main(int argc, char** argv) {
   std::string address, trajectory;
-  std::uint64_t most = ~0ull;
+  std::uint64_t most = ~0ull, every = 1, grabbed = 0;
   bool peer = true;
   for (int i = 1; i < argc; ++i) {
     if (!std::strcmp(argv[i], "--frames") && i + 1 < argc)
       most = std::stoull(argv[++i]);
+    else if (!std::strcmp(argv[i], "--every") && i + 1 < argc)
+      every = std::stoull(argv[++i]);
     else if (!std::strcmp(argv[i], "--trajectory") && i + 1 < argc)
       trajectory = argv[++i];
     else if (!std::strcmp(argv[i], "--no-peer"))
@@ -111,7 +113,7 @@ int main(int argc, char** argv) {
     hal::Frame frame = pool.acquire();
     const hal::Grab grab = (*camera)->grab(frame, std::chrono::milliseconds(1000));
     if (grab == hal::Grab::end || frames >= most) break;
-    if (grab != hal::Grab::frame) continue;
+    if (grab != hal::Grab::frame || grabbed++ % every != 0) continue;
     ++frames;
     steps.ms = {};
     steps.at = mapping::Step::count;
