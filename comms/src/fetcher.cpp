@@ -18,7 +18,10 @@ constexpr auto kAvoid = milliseconds(1000);
 }  // namespace
 
 Fetcher::Fetcher(Limits limits, LogStore& store, Counters& counters)
-    : limits_(limits), store_(store), counters_(counters) {}
+    : limits_(limits), store_(store), counters_(counters) {
+  // Room for the largest record, or it would never arrive.
+  limits_.reassembly_bytes = std::max(limits_.reassembly_bytes, kMaxRecordBytes + 2 * kMaxGuess * kFragmentBytes);
+}
 
 // Control and poses may ask a quarter more, so that they never wait for bulk to drain.
 std::size_t Fetcher::window(std::uint8_t lane) const {
@@ -87,13 +90,14 @@ void Fetcher::open_more(Instant now, std::uint8_t lane, Links& links) {
 bool Fetcher::open(Instant now, const RecordId& id, Links& links) {
   if (fetches_.contains(id)) return true;
   const bool first_of_log = id.seq == held(id.log);
-  const std::size_t guess = guess_[id.log.lane];
-  if (!first_of_log &&
-      (fetches_.size() >= kMaxFetches || used_bytes_ + guess * kFragmentBytes > limits_.reassembly_bytes))
-    return false;
+  if (!first_of_log && fetches_.size() >= kMaxFetches) return false;
+  const auto size = sizes_.find(id);
+  const std::size_t guess = size == sizes_.end() ? guess_[id.log.lane] : wire::fragments_of(size->second);
   Link* link = choose(now, id, links);
   if (link == nullptr || (link->outstanding() + 1) * kFragmentBytes > window(id.log.lane)) return false;
   if (id.log.lane >= kFirstBulkLane && !link->may_ask_bulk) return false;
+  if (!make_room(id, guess * kFragmentBytes)) return false;
+  sizes_.erase(id);
   Fetch& fetch = fetches_[id];
   fetch.target = link;
   fetch.fragments.assign(guess, kMissing);
@@ -167,15 +171,18 @@ void Fetcher::on_data(Instant now, Link& from, const wire::Data& data) {
   Fetch& fetch = at->second;
   if (!learn(from, data, fetch)) return;
   std::uint32_t& state = fetch.fragments[data.fragment];
+  if (state != kMissing && state != kReceived && fetch.target != nullptr) {
+    answered(now, *fetch.target, data.id, state);
+  } else {
+    from.round_trip.was_hasty();
+  }
   if (state == kReceived) {
     counters_.duplicate_body_bytes += data.bytes.size();
     return;
   }
   if (state == kMissing) {
-    --fetch.missing;  // given up too early
+    --fetch.missing;
     note_need(data.id, fetch);
-  } else if (fetch.target != nullptr) {
-    answered(now, *fetch.target, data.id, state);
   }
   state = kReceived;
   std::copy(data.bytes.begin(), data.bytes.end(),
@@ -195,7 +202,7 @@ bool Fetcher::learn(Link& from, const wire::Data& data, Fetch& fetch) {
     if (&from != fetch.target) return false;
     restart(data.id, fetch);  // whom we ask now counts more than whom we asked before
   }
-  if (!make_room(data.id, data.total_bytes)) return false;
+  if (!reserve(data.id, data.total_bytes)) return false;
   const std::uint32_t count = wire::fragments_of(data.total_bytes);
   cut(data.id, fetch, count);
   fetch.known = true;
@@ -211,25 +218,45 @@ bool Fetcher::learn(Link& from, const wire::Data& data, Fetch& fetch) {
   return true;
 }
 
-// Reserves exactly `bytes` for this fetch. The first missing record of a log may push out records that wait behind
-// others; anything else gives way itself.
-bool Fetcher::make_room(const RecordId& id, std::size_t bytes) {
+// Makes the fetch's reservation the record's real size, or closes the fetch: then it is opened again, with the size
+// known, when there is room.
+bool Fetcher::reserve(const RecordId& id, std::uint32_t bytes) {
   Fetch& fetch = fetches_.at(id);
-  const auto others = [&] { return used_bytes_ - fetch.reserved_bytes; };
-  if (others() + bytes > limits_.reassembly_bytes) {
+  const std::size_t more = bytes > fetch.reserved_bytes ? bytes - fetch.reserved_bytes : 0;
+  if (!make_room(id, more)) {
     ++counters_.refused[static_cast<std::size_t>(Refusal::reassembly_full)];
-    if (id.seq != held(id.log)) return close(id), false;
-    for (auto it = fetches_.end(); it != fetches_.begin() && others() + bytes > limits_.reassembly_bytes;) {
-      const RecordId victim = (--it)->first;
-      if (victim == id || victim.seq == held(victim.log)) continue;
-      ++it;  // stays valid while its predecessor goes
-      close(victim);
-    }
-    if (others() + bytes > limits_.reassembly_bytes) return false;
+    close(id);
+    remember_size(id, bytes);
+    return false;
   }
-  used_bytes_ = others() + bytes;
+  used_bytes_ += bytes;
+  used_bytes_ -= fetch.reserved_bytes;
   fetch.reserved_bytes = bytes;
   return true;
+}
+
+// The first missing record of a log may push out records that wait behind others or that nobody can serve now; anything
+// else must find room as it is.
+bool Fetcher::make_room(const RecordId& id, std::size_t bytes) {
+  const auto fits = [&] { return used_bytes_ + bytes <= limits_.reassembly_bytes; };
+  if (fits() || id.seq != held(id.log)) return fits();
+  for (auto it = fetches_.end(); it != fetches_.begin() && !fits();) {
+    const RecordId victim = (--it)->first;
+    const bool moving = victim.seq == held(victim.log) && it->second.target != nullptr;
+    if (victim == id || moving) continue;
+    const bool known = it->second.known;
+    const std::uint32_t size = it->second.total_bytes;
+    ++it;  // stays valid while its predecessor goes
+    close(victim);
+    if (known) remember_size(victim, size);
+  }
+  return fits();
+}
+
+void Fetcher::remember_size(const RecordId& id, std::uint32_t bytes) {
+  constexpr std::size_t kMaxSizes = 1024;
+  if (sizes_.size() >= kMaxSizes) sizes_.clear();
+  sizes_[id] = bytes;
 }
 
 // Later asks that are answered make earlier ones suspect: the neighbour serves a lane in order.

@@ -69,7 +69,9 @@ class Fetcher {
   bool open(Instant now, const RecordId& id, Links& links);
   // answers
   bool learn(Link& from, const wire::Data& data, Fetch& fetch);
+  bool reserve(const RecordId& id, std::uint32_t bytes);
   bool make_room(const RecordId& id, std::size_t bytes);
+  void remember_size(const RecordId& id, std::uint32_t bytes);
   void answered(Instant now, Link& from, const RecordId& id, std::uint32_t serial);
   void settle(Instant now, Link& from, const RecordId& id, Fetch& fetch);
   void store_in_order(Instant now, const LogId& log);
@@ -92,6 +94,7 @@ class Fetcher {
   std::array<std::map<LogId, std::uint32_t>, kLaneCount> lacking_;  // log -> next record to open
   std::array<std::uint32_t, kLaneCount> guess_{1, 1, 4, 8, 8};      // fragments of the next record
   std::map<LogId, Instant> blocked_;                                // the store had no room; try again then
+  std::map<RecordId, std::uint32_t> sizes_;  // of records whose fetch was closed for want of room
   std::vector<Stored> stored_;
   std::size_t used_bytes_ = 0;
   std::uint32_t next_serial_ = 1;

@@ -42,6 +42,7 @@ void RoundTrip::sample(Duration rtt) {
     var_ = rtt / 2;
     return;
   }
+  hasty_ -= hasty_ / 16;
   const Duration error = rtt > srtt_ ? rtt - srtt_ : srtt_ - rtt;
   var_ = (3 * var_ + error) / 4;
   srtt_ = std::max((7 * srtt_ + rtt) / 8, Duration(1));
@@ -57,7 +58,11 @@ Duration RoundTrip::give_up_after(unsigned silences) const {
   return std::min<Duration>(base, milliseconds(2000));
 }
 
-Duration RoundTrip::reorder_window() const { return std::max<Duration>(milliseconds(2), var_); }
+Duration RoundTrip::reorder_window() const {
+  return (srtt_.count() == 0 ? milliseconds(20) : std::max<Duration>(milliseconds(2), 4 * var_)) + hasty_;
+}
+
+void RoundTrip::was_hasty() { hasty_ = std::min<Duration>(hasty_ + milliseconds(1), milliseconds(200)); }
 
 std::size_t Link::outstanding() const {
   std::size_t sum = 0;

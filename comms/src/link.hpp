@@ -38,9 +38,10 @@ class RoundTrip {
   Duration smoothed() const { return srtt_; }  // 0: not measured
   Duration give_up_after(unsigned silences) const;
   Duration reorder_window() const;  // how long an overtaken datagram may still be on its way
+  void was_hasty();                 // what had been given up came after all
 
  private:
-  Duration srtt_{0}, var_{0};
+  Duration srtt_{0}, var_{0}, hasty_{0};
 };
 
 // A fragment that was asked for. Asks of one lane are served in the order in which they were asked.
