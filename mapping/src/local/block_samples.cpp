@@ -13,7 +13,10 @@ Range range(int offset) {
 
 int neighbour_of(int at) { return at < 0 ? -1 : (at >= kBlockSide ? 1 : 0); }
 
-std::size_t slot(int nx, int ny, int nz) { return static_cast<std::size_t>((nz + 1) * 9 + (ny + 1) * 3 + (nx + 1)); }
+std::size_t slot(int nx, int ny, int nz) {
+  const int i = (nz + 1) * 9 + (ny + 1) * 3 + (nx + 1);
+  return static_cast<std::size_t>(i);
+}
 
 }  // namespace
 

@@ -26,7 +26,8 @@ class BlockSamples {
   static constexpr int kSide = kBlockSide + 3;
   static constexpr float kUnseen = 1e9f;
   static std::size_t index(int x, int y, int z) {
-    return static_cast<std::size_t>((z + 1) * kSide * kSide + (y + 1) * kSide + (x + 1));
+    const int i = (z + 1) * kSide * kSide + (y + 1) * kSide + (x + 1);
+    return static_cast<std::size_t>(i);
   }
   void copy(int nx, int ny, int nz, const Voxel* block, std::uint16_t min_weight);
 

@@ -81,9 +81,10 @@ void PinholeView::build(const hal::Intrinsics& intrinsics, const RayTable& rays)
   cx_ = static_cast<float>(1.5 - view.x0 * fx);
   cy_ = static_cast<float>(1.5 - view.y0 * fy);
   for (int v = 1; v + 1 < height_; ++v)
-    for (int u = 1; u + 1 < width_; ++u)
-      source_[static_cast<std::size_t>(v * width_ + u)] =
-          pixel_of(intrinsics, view.x0 + (u - 1) / fx, view.y0 + (v - 1) / fy);
+    for (int u = 1; u + 1 < width_; ++u) {
+      const int i = v * width_ + u;
+      source_[static_cast<std::size_t>(i)] = pixel_of(intrinsics, view.x0 + (u - 1) / fx, view.y0 + (v - 1) / fy);
+    }
 }
 
 void PinholeView::load(const hal::FrameView& frame, const RayTable& rays, float max_depth_m) {

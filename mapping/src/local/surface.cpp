@@ -37,8 +37,8 @@ Rgb mix(const Voxel& a, const Voxel& b, float t) {
   if (b.color_weight == 0) return ca;
   Rgb out{};
   for (std::size_t i = 0; i < 3; ++i)
-    out[i] = static_cast<std::uint8_t>(static_cast<float>(ca[i]) +
-                                       t * (static_cast<float>(cb[i]) - static_cast<float>(ca[i])) + 0.5f);
+    out[i] = static_cast<std::uint8_t>(
+        std::lround(static_cast<float>(ca[i]) + t * (static_cast<float>(cb[i]) - static_cast<float>(ca[i]))));
   return out;
 }
 
@@ -121,11 +121,10 @@ class Mesher {
     }
     const mc::Case& triangles = kCases[inside];
     if (triangles.edges == 0 || has_false_step(block, x, y, z)) return;
+    const std::uint8_t* edge = triangles.edge.data();
     for (int i = 0; i < triangles.edges; i += 3) {
       std::array<std::uint32_t, 3> triangle{};
-      for (int k = 0; k < 3; ++k)
-        triangle[static_cast<std::size_t>(k)] =
-            vertex(block, edge_of(x, y, z, triangles.edge[static_cast<std::size_t>(i + k)]));
+      for (int k = 0; k < 3; ++k) triangle[static_cast<std::size_t>(k)] = vertex(block, edge_of(x, y, z, *edge++));
       mesh_.triangles.push_back(triangle);
     }
   }

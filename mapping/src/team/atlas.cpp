@@ -60,7 +60,7 @@ void Atlas::rebuild(const SolutionRecord& solution, std::span<const Submap> subm
                [&](const Submap& s) { return pose_of(s.robot) != nullptr; });
   const std::vector<AtlasBlock> blocks = latest_blocks(placed);
   impl_->counters.blocks = blocks.size();
-  const auto global_um = static_cast<std::int64_t>(static_cast<double>(impl_->map.config().voxel_m) * 1e6 + 0.5);
+  const std::int64_t global_um = impl_->map.config().voxel_um();
   for (auto first = blocks.begin(); first != blocks.end();) {
     const auto last =
         std::find_if_not(first, blocks.end(), [&](const AtlasBlock& b) { return same_source(b, *first); });

@@ -5,8 +5,6 @@
 namespace onemap::mapping {
 namespace {
 
-std::int32_t micrometres(float m) { return static_cast<std::int32_t>(static_cast<double>(m) * 1e6 + 0.5); }
-
 SubmapVoxel mean_of(const Voxel& voxel) {
   SubmapVoxel out;
   if (voxel.weight == 0) return out;
@@ -21,8 +19,8 @@ SubmapVoxel mean_of(const Voxel& voxel) {
 
 SubmapRecord make_submap(const VoxelMap& map, std::span<const BlockKey> blocks) {
   SubmapRecord out;
-  out.voxel_um = micrometres(map.config().voxel_m);
-  out.truncation_um = micrometres(map.config().truncation_m);
+  out.voxel_um = map.config().voxel_um();
+  out.truncation_um = map.config().truncation_um();
   std::vector<BlockKey> keys(blocks.begin(), blocks.end());
   std::sort(keys.begin(), keys.end());
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());

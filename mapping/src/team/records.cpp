@@ -104,7 +104,7 @@ Result<LinkRecord> decode_link(std::span<const std::uint8_t> body) {
   out.error_um = in.get<std::int32_t>("error_um");
   in.require(out.error_um >= 0, "error_um", "negative");
   out.T_a_b = in.pose("T_a_b");
-  return in.finish(std::move(out));
+  return in.finish(out);
 }
 
 std::vector<std::uint8_t> encode(const SolutionRecord& record) {

@@ -55,7 +55,8 @@ struct Patch {
   std::array<int, 3> low{}, high{};  // bounds of what is observed in the block itself; empty: low > high
 
   static std::size_t index(int x, int y, int z) {
-    return static_cast<std::size_t>((z * kPatchSide + y) * kPatchSide + x);
+    const int i = (z * kPatchSide + y) * kPatchSide + x;
+    return static_cast<std::size_t>(i);
   }
 
   void gather(std::span<const AtlasBlock> blocks, const SubmapBlock& centre) {
@@ -88,9 +89,11 @@ struct Patch {
     const auto size = [](int offset) { return offset == 0 ? kBlockSide : 1; };
     for (int z = 0; z < size(d[2]); ++z)
       for (int y = 0; y < size(d[1]); ++y)
-        for (int x = 0; x < size(d[0]); ++x)
+        for (int x = 0; x < size(d[0]); ++x) {
+          const int i = (z * kBlockSide + y) * kBlockSide + x;
           voxels[index(d[0] * kBlockSide + x, d[1] * kBlockSide + y, d[2] * kBlockSide + z)] =
-              block.voxels[static_cast<std::size_t>((z * kBlockSide + y) * kBlockSide + x)];
+              block.voxels[static_cast<std::size_t>(i)];
+        }
   }
 };
 
@@ -128,10 +131,7 @@ std::optional<Sample> interpolate(const Patch& patch, const std::array<int, 3>& 
 class Resampler {
  public:
   Resampler(const Grid& grid, std::int64_t truncation_um, VoxelMap& map)
-      : grid_(grid),
-        truncation_um_(truncation_um),
-        map_truncation_um_(static_cast<std::int64_t>(static_cast<double>(map.config().truncation_m) * 1e6 + 0.5)),
-        map_(map) {}
+      : grid_(grid), truncation_um_(truncation_um), map_truncation_um_(map.config().truncation_um()), map_(map) {}
 
   void fuse(const Patch& patch) {
     if (patch.low[0] > patch.high[0]) return;
@@ -260,8 +260,7 @@ class Resampler {
 
 void fuse_robot(std::span<const AtlasBlock> blocks, const QuantizedPose& T_global_robot, VoxelMap& map) {
   if (blocks.empty()) return;
-  const auto global_um = static_cast<std::int32_t>(static_cast<double>(map.config().voxel_m) * 1e6 + 0.5);
-  const Grid grid(T_global_robot, blocks.front().voxel_um, global_um);
+  const Grid grid(T_global_robot, blocks.front().voxel_um, map.config().voxel_um());
   Resampler resampler(grid, blocks.front().truncation_um, map);
   Patch patch;
   for (const AtlasBlock& block : blocks) {

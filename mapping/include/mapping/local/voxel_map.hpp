@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -78,6 +79,11 @@ struct VoxelMapConfig {
   std::size_t budget_bytes = 48u << 20;  // everything the map ever owns, taken in the constructor
   float max_depth_m = 4.0f;              // farther readings are not fused (noise grows with the square)
   std::size_t image_pixels = 640 * 480;  // images to be fused have at most so many; 0 for a map that fuses none
+
+  std::int32_t voxel_um() const { return static_cast<std::int32_t>(std::lround(static_cast<double>(voxel_m) * 1e6)); }
+  std::int32_t truncation_um() const {
+    return static_cast<std::int32_t>(std::lround(static_cast<double>(truncation_m) * 1e6));
+  }
 };
 
 struct VoxelMapCounters {
