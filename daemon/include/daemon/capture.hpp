@@ -1,0 +1,54 @@
+#pragma once
+#include <atomic>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "daemon/config.hpp"
+#include "daemon/log.hpp"
+#include "hal/base/bounded_queue.hpp"
+#include "hal/depth_camera.hpp"
+
+namespace onemap::daemon {
+
+struct CaptureCounters {
+  std::uint64_t grabbed = 0, bad = 0, dropped = 0;
+};
+
+// The capture thread: camera -> frame of the pool -> queue. At `max` it waits for the pipeline, so that every frame is
+// processed; else it keeps the recording's pace and the oldest frame makes room, counted. Ends with the stream.
+class Capture {
+ public:
+  Capture(hal::DepthCamera& camera, Speed speed, Log& log);
+  ~Capture();
+  Capture(const Capture&) = delete;
+  Capture& operator=(const Capture&) = delete;
+
+  void start();
+  void stop();  // no more frames; what is queued may still be taken
+  BlockingQueue<hal::Frame>& frames() { return queue_; }
+  bool ended() const { return ended_; }  // the stream came to its end by itself
+  CaptureCounters counters() const;
+
+ private:
+  void run();
+  bool deliver(hal::Frame frame);
+  bool keep_pace(FrameTime time);  // false: stop
+  hal::DepthCamera& camera_;
+  const Speed speed_;
+  Log& log_;
+  hal::FramePool pool_;
+  BlockingQueue<hal::Frame> queue_;
+  const bool live_;  // has its own pace
+  std::atomic<std::uint64_t> grabbed_ = 0, bad_ = 0;
+  std::atomic<bool> ended_ = false;
+  bool stopping_ = false;  // with mutex_
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool paced_ = false;  // the first frame set the pace's origin
+  Instant origin_{};
+  FrameTime origin_frame_{};
+  std::thread thread_;
+};
+
+}  // namespace onemap::daemon

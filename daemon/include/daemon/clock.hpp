@@ -1,0 +1,20 @@
+#pragma once
+#include <cstdint>
+
+#include "hal/base/time.hpp"
+
+namespace onemap::daemon {
+
+// The only place that reads a clock; everything below the daemon takes `now` as an argument.
+Instant now();
+
+// Processor time of the calling thread: what a frame costs, whatever else runs on the machine.
+Duration thread_cpu_time();
+
+// Nanoseconds since 1970: tells one life of this robot from the next, nothing else.
+std::uint64_t wall_clock_ns();
+
+// Peak resident memory of this process so far (VmHWM), MiB.
+double peak_rss_mb();
+
+}  // namespace onemap::daemon

@@ -1,0 +1,44 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "hal/base/result.hpp"
+#include "mapping/local/local_mapper.hpp"
+
+namespace onemap::daemon {
+
+// How fast a recording is played; a live camera has its own pace.
+struct Speed {
+  bool max = false;   // every frame, as fast as it goes
+  double factor = 1;  // else: times the recording's own pace, dropping frames when the work does not keep up
+};
+Result<Speed> parse_speed(const std::string& text);
+
+// Everything that a daemon can be told, with its defaults; files and the command line fill it.
+struct Config {
+  std::string id = "robot";                     // 1..16 characters of A-Z a-z 0-9 _ . -
+  std::string camera;                           // address, see --help
+  std::string out;                              // folder of what is written
+  std::string listen;                           // ADDR:PORT; empty: 0.0.0.0 with any port when there are peers
+  std::vector<std::string> peers;               // ADDR:PORT
+  std::uint64_t bytes_per_second = 8'000'000;   // pacing of what is sent, over all neighbours
+  std::size_t store_budget_bytes = 256u << 20;  // records held, everybody's
+  bool once = false;                            // finish when the stream is over and the team agrees
+  Speed speed;
+  double linger_s = 3;                // how long a finished robot still answers after all agree (once)
+  double peer_wait_s = 20;            // how long a finished robot waits for peers that it never heard (once)
+  int matches_picture = 0;            // a picture of the feature matches every so many frames; 0: none
+  std::uint64_t submap_min_age = 10;  // integrations without a change after which a block is published
+  mapping::LocalMapperConfig mapper;
+  std::size_t global_budget_bytes = 64u << 20;
+
+  bool alone() const { return listen.empty() && peers.empty(); }
+};
+
+// Reads a TOML file over what `config` holds. Unknown keys and values out of range are errors with file:line.
+Status load_config(const std::string& file, Config& config);
+
+// What does not depend on where a value came from: the id's form, that there is a camera and a place to write.
+Status check_config(const Config& config);
+
+}  // namespace onemap::daemon

@@ -1,0 +1,42 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "daemon/latency.hpp"
+#include "hal/base/result.hpp"
+
+namespace onemap::daemon {
+
+struct RobotReport {
+  std::string name, camera;
+  std::uint64_t frames = 0;   // that the camera delivered
+  std::uint64_t tracked = 0;  // lines of trajectory.txt
+  std::uint64_t keyframes = 0;
+  bool in_global_map = false;
+  std::uint64_t map_digest = 0;  // of the global map as this robot holds it
+  Quantiles ms_per_frame;        // processor time of the work thread for a frame
+  double peak_rss_mb = 0;        // of the process while it mapped and merged, before pictures are drawn
+  std::uint64_t bytes_sent = 0, bytes_received = 0;
+};
+
+// OUT/report.json: of a team, or of one robot (then with one entry).
+struct Report {
+  bool same_map = false;
+  std::string reference;  // empty: there is no global map
+  std::uint64_t merge_ms = 0;
+  std::uint64_t global_points = 0;
+  std::vector<RobotReport> robots;
+};
+
+std::string to_json(const Report& report);
+Result<Report> report_from_json(const std::string& text, const std::string& place);
+Result<Report> read_report(const std::string& file);
+
+// A digest as people and files see it: 16 hexadecimal digits.
+std::string digest_text(std::uint64_t digest);
+
+// One table for people: robot, frames, tracked, keyframes, ms per frame, in the map, digest.
+std::string to_table(const Report& report);
+
+}  // namespace onemap::daemon

@@ -1,0 +1,26 @@
+#pragma once
+#include <cstdint>
+#include <string>
+
+#include "hal/base/result.hpp"
+
+namespace onemap::daemon {
+
+// What a robot is doing, for whoever starts it: OUT/status.json, rewritten whole several times a second.
+struct RobotStatus {
+  std::string state = "tracking";     // tracking, merging (own work done, team not), settled
+  std::uint64_t frames = 0;           // done
+  std::uint64_t frames_expected = 0;  // of the stream; 0: unknown
+  std::uint64_t tracked = 0, keyframes = 0;
+  std::uint64_t map_digest = 0;       // of the global map; 0: none yet
+  std::uint64_t frontier_digest = 0;  // of the records held
+  std::uint64_t robots_known = 1, robots_finished = 0, robots_in_map = 0;
+  bool agreed = false;  // every robot known is finished and reports this digest
+};
+
+std::string to_json(const RobotStatus& status);
+Result<RobotStatus> status_from_json(const std::string& text, const std::string& place);
+Result<RobotStatus> read_status(const std::string& file);
+Status write_status(const std::string& file, const RobotStatus& status);
+
+}  // namespace onemap::daemon

@@ -1,0 +1,21 @@
+#include "daemon/cameras.hpp"
+
+#include <array>
+
+#include "hal/backends/replay.hpp"
+#include "hal/backends/simulated.hpp"
+
+namespace onemap::daemon {
+
+namespace {
+constexpr std::array kBackends{
+    hal::Backend{"replay", "a recorded sequence (TUM RGB-D or 7-Scenes layout): replay:DIR or replay:DIR:FROM:TO",
+                 hal::open_replay},
+    hal::Backend{"simulated", "a room from formulas: simulated:SCENE?robot=N&robots=M&frames=F&seed=S",
+                 hal::open_simulated},
+};
+}  // namespace
+
+std::span<const hal::Backend> camera_backends() { return kBackends; }
+
+}  // namespace onemap::daemon

@@ -1,0 +1,81 @@
+#include "daemon/capture.hpp"
+
+#include "daemon/clock.hpp"
+
+namespace onemap::daemon {
+
+namespace {
+constexpr std::size_t kQueued = 3;
+constexpr std::size_t kFrames = kQueued + 2;  // one being filled, one being processed: the pool never runs dry
+constexpr auto kPatience = std::chrono::milliseconds(100);
+}  // namespace
+
+Capture::Capture(hal::DepthCamera& camera, Speed speed, Log& log)
+    : camera_(camera),
+      speed_(speed),
+      log_(log),
+      pool_(camera.intrinsics(), kFrames),
+      queue_(kQueued),
+      live_(camera.frames_expected() == 0) {}
+
+Capture::~Capture() { stop(); }
+
+void Capture::start() { thread_ = std::thread(&Capture::run, this); }
+
+void Capture::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake_.notify_all();
+  queue_.close();
+  if (thread_.joinable()) thread_.join();
+}
+
+void Capture::run() {
+  for (;;) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (stopping_) break;
+    }
+    hal::Frame frame = pool_.acquire();
+    const hal::Grab grab = camera_.grab(frame, kPatience);
+    if (grab == hal::Grab::end) {
+      ended_ = true;
+      break;
+    }
+    if (grab == hal::Grab::bad) {
+      ++bad_;
+      log_.limited("bad frame", "frame refused: {}", camera_.last_error().text());
+    }
+    if (grab != hal::Grab::frame) continue;
+    ++grabbed_;
+    if (!keep_pace(frame.time) || !deliver(std::move(frame))) break;
+  }
+  queue_.close();
+}
+
+bool Capture::deliver(hal::Frame frame) {
+  return speed_.max ? queue_.push(std::move(frame)) : queue_.push_dropping_oldest(std::move(frame));
+}
+
+bool Capture::keep_pace(FrameTime time) {
+  if (speed_.max || live_) return true;
+  if (!paced_) {
+    paced_ = true;
+    origin_ = now();
+    origin_frame_ = time;
+  }
+  const Duration due(static_cast<std::int64_t>(static_cast<double>((time - origin_frame_).count()) / speed_.factor));
+  std::unique_lock lock(mutex_);
+  while (!stopping_) {
+    const Duration left = origin_ + due - now();
+    if (left <= Duration::zero()) break;
+    wake_.wait_for(lock, left);
+  }
+  return !stopping_;
+}
+
+CaptureCounters Capture::counters() const { return {grabbed_, bad_, queue_.dropped()}; }
+
+}  // namespace onemap::daemon

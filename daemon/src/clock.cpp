@@ -1,0 +1,31 @@
+#include "daemon/clock.hpp"
+
+#include <ctime>
+#include <fstream>
+#include <string>
+
+namespace onemap::daemon {
+
+namespace {
+Duration read_clock(clockid_t id) {
+  timespec t{};
+  clock_gettime(id, &t);
+  return std::chrono::seconds(t.tv_sec) + std::chrono::nanoseconds(t.tv_nsec);
+}
+}  // namespace
+
+Instant now() { return Instant(read_clock(CLOCK_MONOTONIC)); }
+
+Duration thread_cpu_time() { return read_clock(CLOCK_THREAD_CPUTIME_ID); }
+
+std::uint64_t wall_clock_ns() { return static_cast<std::uint64_t>(read_clock(CLOCK_REALTIME).count()); }
+
+double peak_rss_mb() {
+  // Not getrusage: after fork and exec its maximum also holds the parent's size.
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024.0;
+  return 0;
+}
+
+}  // namespace onemap::daemon

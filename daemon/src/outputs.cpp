@@ -1,0 +1,101 @@
+#include "daemon/outputs.hpp"
+
+#include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+
+#include "mapping/local/surface.hpp"
+#include "render/camera.hpp"
+#include "render/file.hpp"
+#include "render/gltf_writer.hpp"
+#include "render/ply_writer.hpp"
+#include "render/png_writer.hpp"
+#include "render/renderer.hpp"
+
+namespace onemap::daemon {
+
+namespace {
+
+std::string time_text(FrameTime time) {
+  const std::int64_t us = (time.time_since_epoch().count() + 500) / 1000;  // recordings have whole microseconds
+  return fmt::format("{}.{:06}", us / 1000000, us % 1000000);
+}
+
+Status draw(MapPicture& picture, render::Renderer& renderer) {
+  picture.scene.mesh = mapping::extract_mesh(*picture.map);
+  if (auto status = render::write_ply(picture.stem + ".ply", picture.scene.mesh); !status) return status;
+  if (auto status = render::write_glb(picture.stem + ".glb", picture.scene); !status) return status;
+  const render::Style style;
+  const float aspect = static_cast<float>(style.width_px) / static_cast<float>(style.height_px);
+  auto image = renderer.draw(picture.scene, render::make_camera(picture.scene, render::View::fit, aspect), style);
+  if (!image) return image.error();
+  return render::write_png(picture.stem + ".png", *image);
+}
+
+Status draw_all(std::vector<MapPicture>& pictures) {
+  auto renderer = render::open_egl_renderer();
+  if (!renderer) return renderer.error();
+  for (MapPicture& picture : pictures) {
+    if (auto status = draw(picture, **renderer); !status) return status;
+    picture.scene = {};
+  }
+  return success();
+}
+
+}  // namespace
+
+std::string trajectory_text(const std::vector<mapping::StampedPose>& poses, const mapping::Pose& T_frame_robot) {
+  std::string text;
+  for (const mapping::StampedPose& stamped : poses) {
+    const mapping::Pose T = T_frame_robot * mapping::from_quantized(stamped.T_robot_camera);
+    const auto q = mapping::to_quaternion_wxyz(T.R);
+    text += fmt::format("{} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", time_text(stamped.time), T.t.x(),
+                        T.t.y(), T.t.z(), q[1], q[2], q[3], q[0]);
+  }
+  return text;
+}
+
+Status write_text(const std::string& file, const std::string& text) {
+  return render::write_file(file, std::vector<std::uint8_t>(text.begin(), text.end()));
+}
+
+Status make_folder(const std::string& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) return Error{folder, "cannot make the folder: " + error.message()};
+  return success();
+}
+
+render::RobotPath make_path(const std::string& name, std::size_t number, const std::vector<mapping::StampedPose>& poses,
+                            const std::vector<mapping::QuantizedPose>& keyframes, const mapping::Pose& T_scene_robot) {
+  render::RobotPath path{name, render::robot_color(number), {}, {}};
+  for (const mapping::StampedPose& pose : poses)
+    path.poses.push_back(T_scene_robot * mapping::from_quantized(pose.T_robot_camera));
+  for (const mapping::QuantizedPose& pose : keyframes)
+    path.keyframe_poses.push_back(T_scene_robot * mapping::from_quantized(pose));
+  return path;
+}
+
+Status write_pictures(std::vector<MapPicture> pictures) {
+  std::fflush(nullptr);
+  const pid_t child = fork();
+  if (child < 0) return Error{"pictures", std::string("fork: ") + std::strerror(errno)};
+  if (child == 0) {
+    const Status status = draw_all(pictures);
+    if (!status) fmt::print(stderr, "pictures: {}\n", status.error().text());
+    std::fflush(nullptr);
+    _exit(status ? 0 : 1);
+  }
+  int result = 0;
+  while (waitpid(child, &result, 0) < 0)
+    if (errno != EINTR) return Error{"pictures", std::string("waitpid: ") + std::strerror(errno)};
+  if (WIFSIGNALED(result)) return Error{"pictures", fmt::format("drawing ended by signal {}", WTERMSIG(result))};
+  if (WEXITSTATUS(result) != 0) return Error{"pictures", "not written, see above"};
+  return success();
+}
+
+}  // namespace onemap::daemon

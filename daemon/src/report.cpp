@@ -1,0 +1,101 @@
+#include "daemon/report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "render/file.hpp"
+
+namespace onemap::daemon {
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+double rounded(double value) { return std::round(value * 100) / 100; }
+
+Json to_object(const RobotReport& robot) {
+  const Quantiles& ms = robot.ms_per_frame;
+  return {{"name", robot.name},
+          {"camera", robot.camera},
+          {"frames", robot.frames},
+          {"tracked", robot.tracked},
+          {"keyframes", robot.keyframes},
+          {"in_global_map", robot.in_global_map},
+          {"map_digest", digest_text(robot.map_digest)},
+          {"ms_per_frame", {{"p50", rounded(ms.p50_ms)}, {"p95", rounded(ms.p95_ms)}, {"p99", rounded(ms.p99_ms)}}},
+          {"peak_rss_mb", rounded(robot.peak_rss_mb)},
+          {"bytes_sent", robot.bytes_sent},
+          {"bytes_received", robot.bytes_received}};
+}
+
+RobotReport robot_from(const Json& object) {
+  RobotReport robot;
+  object.at("name").get_to(robot.name);
+  object.at("camera").get_to(robot.camera);
+  object.at("frames").get_to(robot.frames);
+  object.at("tracked").get_to(robot.tracked);
+  object.at("keyframes").get_to(robot.keyframes);
+  object.at("in_global_map").get_to(robot.in_global_map);
+  const auto digest = object.at("map_digest").get<std::string>();
+  std::from_chars(digest.data(), digest.data() + digest.size(), robot.map_digest, 16);
+  const Json& ms = object.at("ms_per_frame");
+  robot.ms_per_frame = {ms.at("p50"), ms.at("p95"), ms.at("p99")};
+  object.at("peak_rss_mb").get_to(robot.peak_rss_mb);
+  object.at("bytes_sent").get_to(robot.bytes_sent);
+  object.at("bytes_received").get_to(robot.bytes_received);
+  return robot;
+}
+
+}  // namespace
+
+std::string digest_text(std::uint64_t digest) { return fmt::format("{:016x}", digest); }
+
+std::string to_json(const Report& report) {
+  Json robots = Json::array();
+  for (const RobotReport& robot : report.robots) robots.push_back(to_object(robot));
+  const Json object{{"same_map", report.same_map},
+                    {"reference", report.reference},
+                    {"merge_ms", report.merge_ms},
+                    {"global_points", report.global_points},
+                    {"robots", robots}};
+  return object.dump(2) + "\n";
+}
+
+Result<Report> report_from_json(const std::string& text, const std::string& place) {
+  try {
+    const Json object = Json::parse(text);
+    Report report;
+    object.at("same_map").get_to(report.same_map);
+    object.at("reference").get_to(report.reference);
+    object.at("merge_ms").get_to(report.merge_ms);
+    object.at("global_points").get_to(report.global_points);
+    for (const Json& robot : object.at("robots")) report.robots.push_back(robot_from(robot));
+    return report;
+  } catch (const Json::exception& error) {
+    return Error{place, error.what()};
+  }
+}
+
+Result<Report> read_report(const std::string& file) {
+  auto bytes = render::read_file(file);
+  if (!bytes) return bytes.error();
+  return report_from_json(std::string(bytes->begin(), bytes->end()), file);
+}
+
+std::string to_table(const Report& report) {
+  std::size_t width = 5;
+  for (const RobotReport& robot : report.robots) width = std::max(width, robot.name.size());
+  std::string text = fmt::format("{:<{}}  {:>7}  {:>7}  {:>9}  {:>8}  {:>8}  {:>6}  {:<16}\n", "robot", width, "frames",
+                                 "tracked", "keyframes", "ms p50", "ms p99", "in map", "digest");
+  for (const RobotReport& robot : report.robots)
+    text += fmt::format("{:<{}}  {:>7}  {:>7}  {:>9}  {:>8.2f}  {:>8.2f}  {:>6}  {}\n", robot.name, width, robot.frames,
+                        robot.tracked, robot.keyframes, robot.ms_per_frame.p50_ms, robot.ms_per_frame.p99_ms,
+                        robot.in_global_map ? "yes" : "no", digest_text(robot.map_digest));
+  return text;
+}
+
+}  // namespace onemap::daemon

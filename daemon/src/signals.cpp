@@ -1,0 +1,33 @@
+#include "daemon/signals.hpp"
+
+#include <poll.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+namespace onemap::daemon {
+
+StopSignals::StopSignals() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGTERM);
+  sigaddset(&set, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &set, &before_);
+  descriptor_ = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
+}
+
+StopSignals::~StopSignals() {
+  if (descriptor_ >= 0) close(descriptor_);
+  pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+}
+
+bool StopSignals::wait(Duration at_most) {
+  if (stopped_) return true;
+  pollfd poll_for{descriptor_, POLLIN, 0};
+  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(at_most).count();
+  if (poll(&poll_for, 1, static_cast<int>(ms)) <= 0) return false;
+  signalfd_siginfo info{};
+  stopped_ = read(descriptor_, &info, sizeof info) == sizeof info;
+  return stopped_;
+}
+
+}  // namespace onemap::daemon

@@ -1,0 +1,69 @@
+#include "daemon/status.hpp"
+
+#include <charconv>
+#include <nlohmann/json.hpp>
+
+#include "daemon/report.hpp"
+#include "render/file.hpp"
+
+namespace onemap::daemon {
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+std::uint64_t digest_from(const Json& value) {
+  const auto text = value.get<std::string>();
+  std::uint64_t digest = 0;
+  std::from_chars(text.data(), text.data() + text.size(), digest, 16);
+  return digest;
+}
+}  // namespace
+
+std::string to_json(const RobotStatus& s) {
+  const Json object{{"state", s.state},
+                    {"frames", s.frames},
+                    {"frames_expected", s.frames_expected},
+                    {"tracked", s.tracked},
+                    {"keyframes", s.keyframes},
+                    {"map_digest", digest_text(s.map_digest)},
+                    {"frontier_digest", digest_text(s.frontier_digest)},
+                    {"robots_known", s.robots_known},
+                    {"robots_finished", s.robots_finished},
+                    {"robots_in_map", s.robots_in_map},
+                    {"agreed", s.agreed}};
+  return object.dump() + "\n";
+}
+
+Result<RobotStatus> status_from_json(const std::string& text, const std::string& place) {
+  try {
+    const Json object = Json::parse(text);
+    RobotStatus s;
+    object.at("state").get_to(s.state);
+    object.at("frames").get_to(s.frames);
+    object.at("frames_expected").get_to(s.frames_expected);
+    object.at("tracked").get_to(s.tracked);
+    object.at("keyframes").get_to(s.keyframes);
+    s.map_digest = digest_from(object.at("map_digest"));
+    s.frontier_digest = digest_from(object.at("frontier_digest"));
+    object.at("robots_known").get_to(s.robots_known);
+    object.at("robots_finished").get_to(s.robots_finished);
+    object.at("robots_in_map").get_to(s.robots_in_map);
+    object.at("agreed").get_to(s.agreed);
+    return s;
+  } catch (const Json::exception& error) {
+    return Error{place, error.what()};
+  }
+}
+
+Result<RobotStatus> read_status(const std::string& file) {
+  auto bytes = render::read_file(file);
+  if (!bytes) return bytes.error();
+  return status_from_json(std::string(bytes->begin(), bytes->end()), file);
+}
+
+Status write_status(const std::string& file, const RobotStatus& status) {
+  const std::string text = to_json(status);
+  return render::write_file(file, std::vector<std::uint8_t>(text.begin(), text.end()));
+}
+
+}  // namespace onemap::daemon

@@ -1,0 +1,64 @@
+#include "daemon/team.hpp"
+
+#include "daemon/clock.hpp"
+
+namespace onemap::daemon {
+
+Team::Team(const RobotId& self, const TeamMapConfig& config, Publish publish, Log& log)
+    : map_(self, config, std::move(publish), log) {}
+
+Team::~Team() { stop(); }
+
+void Team::start() { thread_ = std::thread(&Team::run, this); }
+
+void Team::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+void Team::apply(std::shared_ptr<const comms::Record> record) {
+  {
+    const std::lock_guard lock(mutex_);
+    inbox_.push_back(std::move(record));
+    view_.settled = false;  // until the thread has looked at it
+  }
+  wake_.notify_one();
+}
+
+TeamView Team::view() const {
+  const std::lock_guard lock(mutex_);
+  return view_;
+}
+
+std::vector<std::shared_ptr<const comms::Record>> Team::wait_for_records() {
+  std::unique_lock lock(mutex_);
+  wake_.wait(lock, [&] { return stopping_ || !inbox_.empty(); });
+  return std::exchange(inbox_, {});
+}
+
+void Team::run() {
+  bool busy = false;
+  while (!stopping_) {
+    std::vector<std::shared_ptr<const comms::Record>> records;
+    if (busy) {
+      const std::lock_guard lock(mutex_);
+      records = std::exchange(inbox_, {});
+    } else {
+      records = wait_for_records();
+    }
+    const Instant arrived = now();
+    for (const auto& record : records) map_.apply(record, arrived);
+    if (stopping_) break;
+    busy = map_.step();
+    map_.observe(now());
+    const std::lock_guard lock(mutex_);
+    view_ = map_.view();
+    view_.settled = view_.settled && inbox_.empty();
+  }
+}
+
+}  // namespace onemap::daemon
