@@ -1,0 +1,127 @@
+#include "daemon/status.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "daemon/fleet/fleet.hpp"
+#include "daemon/fleet/progress.hpp"
+#include "daemon/latency.hpp"
+#include "daemon/outputs.hpp"
+#include "daemon/report.hpp"
+
+namespace onemap::daemon {
+namespace {
+
+TEST(Status, SurvivesTheFile) {
+  RobotStatus status;
+  status.state = "merging";
+  status.frames = 12;
+  status.frames_expected = 40;
+  status.tracked = 11;
+  status.keyframes = 3;
+  status.map_digest = 0xFEDCBA9876543210u;
+  status.frontier_digest = 0x00000000000000FFu;
+  status.robots_known = 3;
+  status.robots_finished = 2;
+  status.agreed = true;
+  const auto file = std::filesystem::temp_directory_path() / ("onemap_status_" + std::to_string(getpid()) + ".json");
+  ASSERT_TRUE(write_status(file.string(), status).ok());
+  const auto read = read_status(file.string());
+  ASSERT_TRUE(read.ok());
+  EXPECT_EQ(to_json(*read), to_json(status));
+  EXPECT_EQ(read.value().map_digest, status.map_digest);
+  std::filesystem::remove(file);
+  EXPECT_FALSE(read_status(file.string()).ok());
+}
+
+TEST(Status, BrokenTextIsAnErrorWithItsPlace) {
+  for (const char* text : {"", "{", "[]", "{\"state\": 3}", "{\"state\": \"tracking\"}"}) {
+    const auto read = status_from_json(text, "here.json");
+    ASSERT_FALSE(read.ok()) << text;
+    EXPECT_EQ(read.error().place, "here.json");
+  }
+}
+
+RobotReport robot(const std::string& name, std::uint64_t digest) {
+  RobotReport r;
+  r.name = name;
+  r.camera = "simulated:office";
+  r.frames = 100;
+  r.tracked = 99;
+  r.keyframes = 7;
+  r.in_global_map = true;
+  r.map_digest = digest;
+  r.ms_per_frame = {8.05, 12.1, 15.25};
+  r.peak_rss_mb = 90.5;
+  r.bytes_sent = 1000;
+  r.bytes_received = 2000;
+  return r;
+}
+
+TEST(Report, HasExactlyTheAgreedForm) {
+  Report report{true, "robot1", 812, 34567, {robot("robot1", 0xABCu)}};
+  const auto json = nlohmann::json::parse(to_json(report));
+  EXPECT_EQ(json, nlohmann::json::parse(R"({"same_map": true, "reference": "robot1", "merge_ms": 812,
+    "global_points": 34567, "robots": [{"name": "robot1", "camera": "simulated:office", "frames": 100, "tracked": 99,
+    "keyframes": 7, "in_global_map": true, "map_digest": "0000000000000abc",
+    "ms_per_frame": {"p50": 8.05, "p95": 12.1, "p99": 15.25}, "peak_rss_mb": 90.5, "bytes_sent": 1000,
+    "bytes_received": 2000}]})"));
+  const auto read = report_from_json(to_json(report), "");
+  ASSERT_TRUE(read.ok());
+  EXPECT_EQ(to_json(*read), to_json(report));
+}
+
+TEST(Report, TeamIsOnlyEqualWhenEverythingIs) {
+  const Report a{true, "robot1", 100, 50, {robot("robot1", 7)}}, b{true, "robot1", 300, 50, {robot("robot2", 7)}};
+  const Report team = join_reports({a, b}, true);
+  EXPECT_TRUE(team.same_map);
+  EXPECT_EQ(team.merge_ms, 300u);
+  ASSERT_EQ(team.robots.size(), 2u);
+  EXPECT_EQ(team.robots[1].name, "robot2");
+  EXPECT_FALSE(join_reports({a, b}, false).same_map);
+  Report other = b;
+  other.robots[0].map_digest = 8;
+  EXPECT_FALSE(join_reports({a, other}, true).same_map);
+  other = b;
+  other.reference = "robot2";
+  EXPECT_FALSE(join_reports({a, other}, true).same_map);
+  EXPECT_FALSE(join_reports({}, true).same_map);
+}
+
+TEST(Latency, QuantilesAreWithinABucketOfTheTruth) {
+  LatencyHistogram histogram;
+  for (int i = 1; i <= 1000; ++i) histogram.add(std::chrono::microseconds(20 * i));  // 0.02 .. 20 ms
+  EXPECT_NEAR(histogram.quantile_ms(0.50), 10.0, 0.051);
+  EXPECT_NEAR(histogram.quantile_ms(0.95), 19.0, 0.051);
+  EXPECT_NEAR(histogram.quantile_ms(0.99), 19.8, 0.051);
+  EXPECT_NEAR(histogram.total_ms(), 10010, 0.01);
+  EXPECT_EQ(LatencyHistogram().quantile_ms(0.5), 0);
+}
+
+TEST(Trajectory, PrintsTheExactTimeAndTheComposedPose) {
+  mapping::StampedPose pose;
+  pose.time = frame_time_from_ns(1305031102175304000);
+  pose.T_robot_camera = mapping::quantize({mapping::Matrix3d::Identity(), {1, 2, 3}});
+  EXPECT_EQ(trajectory_text({pose}),
+            "1305031102.175304 1.000000000 2.000000000 3.000000000 0.000000000 0.000000000 0.000000000 1.000000000\n");
+  mapping::Matrix3d half_turn = mapping::Matrix3d::Identity();  // about z
+  half_turn(0, 0) = half_turn(1, 1) = -1;
+  EXPECT_EQ(trajectory_text({pose}, {half_turn, {10, 0, 0}}).substr(0, 56),
+            "1305031102.175304 9.000000000 -2.000000000 3.000000000 0");
+}
+
+TEST(Progress, BarsShowTheShare) {
+  RobotStatus status;
+  status.frames = 50;
+  status.frames_expected = 100;
+  const std::string bar = Progress::bar("robot1", status);
+  EXPECT_NE(bar.find("[###############---------------]  50 %"), std::string::npos) << bar;
+  status.frames_expected = 0;
+  EXPECT_NE(Progress::bar("robot1", status).find("  0 %"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace onemap::daemon
