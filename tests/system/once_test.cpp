@@ -1,0 +1,115 @@
+// One real onemapd on simulated and recorded cameras.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "support/program.hpp"
+#include "support/trajectory.hpp"
+
+namespace onemap {
+namespace {
+
+using test::Folder;
+using testing::HasSubstr;
+
+constexpr const char* kCamera = "simulated:living-room?robot=1&robots=3&frames=60&seed=3";
+
+bool starts_with(const std::filesystem::path& file, const std::string& magic) {
+  return test::read_text(file).substr(0, magic.size()) == magic;
+}
+
+void expect_local_outputs(const std::filesystem::path& out) {
+  EXPECT_TRUE(starts_with(out / "local.png", "\x89PNG\r\n"));
+  EXPECT_TRUE(starts_with(out / "local.glb", "glTF"));
+  EXPECT_TRUE(starts_with(out / "local.ply", "ply\nformat binary_little_endian"));
+  for (const char* name : {"local.png", "local.glb", "local.ply"})
+    EXPECT_GT(std::filesystem::file_size(out / name), 10000u) << name;
+}
+
+TEST(Once, WritesTrajectoryPicturesAndReport) {
+  const Folder out;
+  ASSERT_EQ(
+      test::run("onemapd", {"--camera", kCamera, "--once", "--speed", "max", "--out", out.text()}, out / "log.txt"), 0)
+      << test::read_text(out / "log.txt");
+  expect_local_outputs(out / "");
+  const auto report = test::read_json(out / "report.json");
+  const auto& robot = report.at("robots").at(0);
+  EXPECT_EQ(robot.at("camera"), kCamera);
+  EXPECT_EQ(robot.at("frames"), 60);
+  EXPECT_GE(robot.at("tracked").get<int>(), 57);
+  EXPECT_EQ(robot.at("tracked").get<std::size_t>(), test::lines(out / "trajectory.txt"));
+  EXPECT_EQ(report.at("reference"), robot.at("name"));
+  EXPECT_GT(report.at("global_points").get<int>(), 1000);
+  EXPECT_GT(robot.at("ms_per_frame").at("p50").get<double>(), 0);
+  EXPECT_FALSE(std::filesystem::exists(out / "global.png")) << "a robot alone has no team";
+}
+
+TEST(Once, TheSameStreamGivesTheSameBytes) {
+  const Folder out;
+  for (const char* run : {"a", "b"})
+    ASSERT_EQ(test::run("onemapd", {"--camera", kCamera, "--once", "--speed", "max", "--out", (out / run).string()},
+                        out / "log.txt"),
+              0);
+  EXPECT_EQ(test::read_text(out / "a/trajectory.txt"), test::read_text(out / "b/trajectory.txt"));
+  EXPECT_EQ(test::read_text(out / "a/local.ply"), test::read_text(out / "b/local.ply"));
+  EXPECT_EQ(test::read_json(out / "a/report.json").at("robots").at(0).at("map_digest"),
+            test::read_json(out / "b/report.json").at("robots").at(0).at("map_digest"));
+}
+
+TEST(Once, BadAddressesEndWithTwoAndSayWhy) {
+  const Folder out;
+  const std::vector<std::pair<std::string, std::string>> wrong{
+      {"teapot:earl-grey", "known: replay, simulated"},
+      {"replay:/nonexistent/place", "/nonexistent/place"},
+      {"living-room", "BACKEND:PLACE"},
+      {"simulated:living-room?legs=4", "legs"},
+  };
+  for (const auto& [camera, why] : wrong) {
+    EXPECT_EQ(test::run("onemapd", {"--camera", camera, "--once", "--out", (out / "o").string()}, out / "log.txt"), 2);
+    EXPECT_THAT(test::read_text(out / "log.txt"), HasSubstr(why)) << camera;
+  }
+  EXPECT_EQ(test::run("onemapd", {"--camera", kCamera, "--listen", "300.1.1.1:1", "--out", (out / "o").string()},
+                      out / "log.txt"),
+            2);
+  EXPECT_THAT(test::read_text(out / "log.txt"), HasSubstr("300.1.1.1"));
+}
+
+TEST(Once, SigtermStopsWithinTwoSecondsAndWritesWhatThereIs) {
+  const Folder out;
+  const std::string camera = "simulated:living-room?robot=1&robots=3&frames=100000&seed=3";
+  auto daemon = test::start("onemapd", {"--camera", camera, "--once", "--out", out.text()}, out / "log.txt");
+  for (int i = 0; i < 600; ++i) {  // until it has a little map
+    const auto status = nlohmann::json::parse(test::read_text(out / "status.json"), nullptr, false);
+    if (!status.is_discarded() && status.at("tracked").get<int>() >= 20) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  ASSERT_TRUE(daemon.running()) << test::read_text(out / "log.txt");
+  daemon.terminate();
+  ASSERT_TRUE(daemon.wait(std::chrono::seconds(2))) << test::read_text(out / "log.txt");
+  EXPECT_EQ(daemon.exit_code(), 3) << "the stream was not over";
+  EXPECT_GE(test::lines(out / "trajectory.txt"), 15u);
+  expect_local_outputs(out / "");
+  EXPECT_EQ(test::read_json(out / "report.json").at("robots").size(), 1u);
+}
+
+TEST(Once, RecordedCutIsTrackedAlongTheTruth) {
+  const std::filesystem::path recording = std::filesystem::path(ONEMAP_SHARED_DIR) / "data/fr1_xyz";
+  if (!std::filesystem::exists(recording)) GTEST_SKIP() << "the recording " << recording << " is not here";
+  const Folder out;
+  ASSERT_EQ(test::run("onemapd",
+                      {"--camera", "replay:" + recording.string() + ":0:120", "--once", "--speed", "max",
+                       "--matches-picture", "50", "--out", out.text()},
+                      out / "log.txt"),
+            0)
+      << test::read_text(out / "log.txt");
+  EXPECT_GE(test::lines(out / "trajectory.txt"), 118u);
+  EXPECT_TRUE(starts_with(out / "matches/000050.png", "\x89PNG\r\n"));
+  // Every time is a colour time of the recording, as it stands there.
+  const std::string colour = test::read_text(recording / "rgb.txt");
+  std::istringstream poses(test::read_text(out / "trajectory.txt"));
+  for (std::string line; std::getline(poses, line);) EXPECT_THAT(colour, HasSubstr(line.substr(0, line.find(' '))));
+}
+
+}  // namespace
+}  // namespace onemap

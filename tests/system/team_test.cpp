@@ -1,0 +1,113 @@
+// Whole teams of real daemons, started by the real onemap-fleet, with emulated links between them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/program.hpp"
+#include "support/trajectory.hpp"
+
+namespace onemap {
+namespace {
+
+using test::Folder;
+
+int run_fleet(const Folder& out, std::vector<std::string> arguments) {
+  arguments.insert(arguments.end(), {"--timeout", "120", "--out", out.text()});
+  const int code = test::run("onemap-fleet", arguments, out / "fleet.txt");
+  std::string logs = test::read_text(out / "fleet.txt");
+  if (code != 0)
+    for (int i = 1; i <= 4; ++i) logs += test::read_text(out / ("robot" + std::to_string(i) + "/log.txt"));
+  EXPECT_EQ(code, 0) << logs;
+  return code;
+}
+
+// The report says one map, and so does every robot's.
+void expect_one_map(const Folder& out, std::size_t robots) {
+  const auto report = test::read_json(out / "report.json");
+  EXPECT_TRUE(report.at("same_map").get<bool>());
+  ASSERT_EQ(report.at("robots").size(), robots);
+  for (const auto& robot : report.at("robots")) {
+    EXPECT_EQ(robot.at("map_digest"), report.at("robots").at(0).at("map_digest"));
+    EXPECT_NE(robot.at("map_digest"), "0000000000000000");
+    EXPECT_GT(robot.at("bytes_received").get<std::uint64_t>(), 10000u);
+  }
+  const std::string first = test::read_text(out / "robot1/global.ply");
+  EXPECT_GT(first.size(), 10000u);
+  for (std::size_t i = 2; i <= robots; ++i)
+    EXPECT_EQ(first, test::read_text(out / ("robot" + std::to_string(i) + "/global.ply"))) << "robot" << i;
+}
+
+// Error of the trajectories that `knower` holds of the robots, in one frame, against the simulation's truth.
+double global_ate(const Folder& out, const std::string& knower, const std::vector<std::string>& robots) {
+  std::vector<std::pair<std::filesystem::path, std::filesystem::path>> pairs;
+  for (const std::string& robot : robots)
+    pairs.emplace_back(out / (knower + "/global/" + robot + ".txt"), out / (robot + "/groundtruth.txt"));
+  return test::team_ate(pairs);
+}
+
+TEST(Team, ThreeRobotsEndWithEqualMaps) {
+  const Folder out;
+  if (run_fleet(out, {"--simulate", "3", "--frames", "90", "--seed", "3"}) != 0) return;
+  expect_one_map(out, 3);
+  const auto report = test::read_json(out / "report.json");
+  for (const auto& robot : report.at("robots")) EXPECT_TRUE(robot.at("in_global_map").get<bool>()) << robot;
+  EXPECT_LE(report.at("merge_ms").get<int>(), 5000);
+  for (const char* knower : {"robot1", "robot2", "robot3"})
+    EXPECT_LT(global_ate(out, knower, {"robot1", "robot2", "robot3"}), 0.05) << knower;
+  for (const char* file : {"local.png", "local.glb", "global.png", "global.glb", "global.ply", "trajectory.txt"})
+    EXPECT_TRUE(std::filesystem::exists(out / "robot3" / file)) << file;
+}
+
+TEST(Team, LineWithLossEndsWithEqualMaps) {
+  const Folder out;
+  if (run_fleet(out, {"--simulate", "3", "--frames", "60", "--seed", "3", "--graph", "line", "--loss", "20%"}) != 0)
+    return;
+  expect_one_map(out, 3);
+}
+
+TEST(Team, AStrangerRelaysAndStaysOutOfTheMap) {
+  const Folder out;
+  if (run_fleet(out, {"--robot", "simulated:living-room?robot=1&robots=3&frames=90&seed=3", "--robot",
+                      "simulated:storage?robot=1&robots=3&frames=90&seed=3", "--robot",
+                      "simulated:living-room?robot=2&robots=3&frames=90&seed=3", "--graph", "1-2,2-3"}) != 0)
+    return;
+  expect_one_map(out, 3);
+  const auto robots = test::read_json(out / "report.json").at("robots");
+  EXPECT_TRUE(robots.at(0).at("in_global_map").get<bool>());
+  EXPECT_FALSE(robots.at(1).at("in_global_map").get<bool>());
+  EXPECT_TRUE(robots.at(2).at("in_global_map").get<bool>());
+  EXPECT_FALSE(std::filesystem::exists(out / "robot1/global/robot2.txt"));
+  EXPECT_LT(global_ate(out, "robot2", {"robot1", "robot3"}), 0.05) << "the stranger knows the others' map too";
+}
+
+TEST(Team, ARobotThatCannotStartEndsTheFleetWithAnError) {
+  const Folder out;
+  EXPECT_EQ(test::run("onemap-fleet",
+                      {"--robot", "simulated:office?frames=20", "--robot", "replay:/nonexistent", "--out", out.text()},
+                      out / "fleet.txt"),
+            1);
+  EXPECT_THAT(test::read_text(out / "fleet.txt"), testing::HasSubstr("robot2 ended too early"));
+}
+
+TEST(Team, RobotsWithoutALinkAreNotOneTeam) {
+  const Folder out;
+  EXPECT_EQ(test::run("onemap-fleet",
+                      {"--simulate", "2", "--frames", "20", "--graph", "1-2", "--loss", "0.999", "--timeout", "8",
+                       "--out", out.text()},
+                      out / "fleet.txt"),
+            3);
+  EXPECT_FALSE(test::read_json(out / "report.json").at("same_map").get<bool>());
+}
+
+TEST(Team, RecordedCutsOfOneDeskBecomeOneMap) {
+  const std::filesystem::path recording = std::filesystem::path(ONEMAP_SHARED_DIR) / "data/fr1_xyz";
+  if (!std::filesystem::exists(recording)) GTEST_SKIP() << "the recording " << recording << " is not here";
+  const Folder out;
+  const std::string address = "replay:" + recording.string();
+  if (run_fleet(out, {"--robot", address + ":0:120", "--robot", address + ":90:210", "--loss", "10%"}) != 0) return;
+  expect_one_map(out, 2);
+  for (const auto& robot : test::read_json(out / "report.json").at("robots"))
+    EXPECT_TRUE(robot.at("in_global_map").get<bool>()) << robot;
+}
+
+}  // namespace
+}  // namespace onemap
