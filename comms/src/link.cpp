@@ -50,11 +50,11 @@ void RoundTrip::sample(Duration rtt) {
 
 // Silence may be plain loss (half of all questions and answers at 30 % each way), so patience grows slowly at first.
 Duration RoundTrip::give_up_after(unsigned silences) const {
-  constexpr unsigned kPatient = 4, kMost = 10;
+  constexpr unsigned kMost = 10;
   Duration base = milliseconds(100);
   if (srtt_.count() != 0) base = srtt_ + std::max<Duration>(4 * var_, milliseconds(10));
   base = std::clamp<Duration>(base, milliseconds(30), milliseconds(2000));
-  if (silences > kPatient) base *= 1u << (std::min(silences, kMost) - kPatient);
+  if (silences > kPatientSilences) base *= 1u << (std::min(silences, kMost) - kPatientSilences);
   return std::min<Duration>(base, milliseconds(2000));
 }
 

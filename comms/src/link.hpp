@@ -34,6 +34,7 @@ class ReceiveWindow {
 // Smoothed round trip and the silence after which an answer is given up (RFC 6298, with a floor fit for one hop).
 class RoundTrip {
  public:
+  static constexpr unsigned kPatientSilences = 4;  // silences that do not lengthen the wait
   void sample(Duration rtt);
   Duration smoothed() const { return srtt_; }  // 0: not measured
   Duration give_up_after(unsigned silences) const;
@@ -62,7 +63,7 @@ struct AskLane {
 };
 
 // All that is known about one endpoint: who it is, what it holds, what is asked of it and what it asked for.
-struct Link {
+struct Link {  // NOLINT(clang-analyzer-optin.performance.Padding): in the order of meaning
   // who
   Endpoint endpoint;
   bool configured = false;  // greeted although it never answered

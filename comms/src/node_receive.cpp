@@ -27,6 +27,7 @@ void Node::Impl::receive(const Endpoint& from, std::span<const std::uint8_t> byt
   if (link == nullptr || !fresh(*link, header)) return;
   link->bytes_in += bytes.size();
   link->last_heard = now;
+  link->silences = std::min(link->silences, RoundTrip::kPatientSilences);  // it is there: do not wait for seconds
   // Who repeats our incarnation has heard us at this address: only then it is worth more than a short greeting.
   const bool proved = header.type == wire::DatagramType::unicast && header.receiver == config.incarnation;
   if (proved && !link->alive) link_up(*link);
@@ -164,8 +165,9 @@ void Node::Impl::claim(Link& link, std::uint64_t digest_there) {
   if (digest_there == link.holds_digest) {
     link.request_have_at.reset();
     link.have_requests = 0;
-  } else if (!link.request_have_at) {
-    link.request_have_at = now + milliseconds(50) + link.round_trip.smoothed();
+  } else {  // that it speaks makes another try worth while, however many went unanswered
+    const Instant at = now + milliseconds(50) + link.round_trip.smoothed();
+    link.request_have_at = link.request_have_at ? std::min(*link.request_have_at, at) : at;
   }
 }
 
