@@ -80,7 +80,7 @@ struct System {
 void walk_to_nearest(const OrganizedCloud& target, const Vector3f& p, int& u, int& v) {
   const auto distance2 = [&](int ui, int vi) {
     if (ui < 0 || vi < 0 || ui >= target.width || vi >= target.height) return std::numeric_limits<float>::max();
-    const Vector3f& q = target.points[static_cast<std::size_t>(vi * target.width + ui)];
+    const Vector3f& q = target.points[target.index(ui, vi)];
     return q.z() == 0 ? std::numeric_limits<float>::max() : (q - p).squaredNorm();
   };
   constexpr std::array<std::array<int, 2>, 4> kDirections{{{0, -1}, {-1, 0}, {1, 0}, {0, 1}}};
@@ -107,7 +107,7 @@ System linearise(const OrganizedCloud& target, std::span<const Vector3f> source,
     if (!(u_px >= 0 && v_px >= 0 && u_px < target.width && v_px < target.height)) continue;
     int u = static_cast<int>(u_px), v = static_cast<int>(v_px);
     if (robust_m > kSearchRobust_m) walk_to_nearest(target, p.cast<float>(), u, v);
-    const auto i = static_cast<std::size_t>(v * target.width + u);
+    const auto i = target.index(u, v);
     const Vector3d q = target.points[i].cast<double>(), n = target.normals[i].cast<double>();
     if (q.z() == 0 || n.squaredNorm() == 0) continue;
     const Vector3d d = p - q;

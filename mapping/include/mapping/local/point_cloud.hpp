@@ -39,6 +39,9 @@ struct OrganizedCloud {
   float fx = 0, fy = 0, cx = 0, cy = 0;
   std::vector<Vector3f> points;   // camera frame, metres
   std::vector<Vector3f> normals;  // unit, towards the camera
+  std::size_t index(int u, int v) const {
+    return static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u);
+  }
 
   // What organize() keeps for the next image of the same camera: the pixels that a cell reads (-1: outside the image),
   // the ray through their middle, and 1 / z of each cell (0: invalid).
