@@ -181,8 +181,8 @@ Result<SubmapRecord> decode_submap(std::span<const std::uint8_t> body) {
   out.voxel_um = in.get<std::int32_t>("voxel_um");
   in.require(out.voxel_um >= 1000 && out.voxel_um <= 1'000'000, "voxel_um", "not 1 mm to 1 m");
   out.truncation_um = in.get<std::int32_t>("truncation_um");
-  in.require(out.truncation_um >= out.voxel_um && out.truncation_um <= 100 * out.voxel_um, "truncation_um",
-             "not 1 to 100 voxels");
+  in.require(out.truncation_um >= out.voxel_um && out.truncation_um <= std::int64_t{100} * out.voxel_um,
+             "truncation_um", "not 1 to 100 voxels");
   const std::size_t blocks = in.get<std::uint16_t>("blocks");
   in.require(blocks <= kMaxBlocks, "blocks", "more than 512");
   const std::vector<std::uint8_t> content = decompress(in, in.bytes(in.remaining(), "blocks"));
