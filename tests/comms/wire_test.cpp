@@ -113,8 +113,9 @@ TEST(Wire, GoldenData) {
   data.body_hash = 0x0807060504030201u;
   data.bytes = body;
   Decoder decoder;
-  const Frame frame = golden(written([&](Encoder& out) { ASSERT_TRUE(out.data(data)); }),
-                             "06 3000 " + kLogHex + "05000000 0402 03 02000000 0102030405060708 0000 dead", decoder);
+  const Bytes encoded = written([&](Encoder& out) { ASSERT_TRUE(out.data(data)); });
+  const Frame frame =
+      golden(encoded, "06 3000 " + kLogHex + "05000000 0402 03 02000000 0102030405060708 0000 dead", decoder);
   const Data& back = std::get<Data>(frame);
   EXPECT_EQ(back.id, data.id);
   EXPECT_EQ(back.kind, data.kind);
