@@ -3,7 +3,7 @@
 
 build_packages=(
   g++ cmake ninja-build pkg-config ca-certificates
-  libeigen3-dev libopencv-features2d-dev libglm-dev libtinygltf-dev libstb-dev nlohmann-json3-dev
+  libeigen3-dev libopencv-features2d-dev libglm-dev libtinygltf-dev nlohmann-json3-dev
   libegl-dev libgles-dev libegl1 libgles2 libgl1-mesa-dri libpng-dev libjpeg62-turbo-dev
   libzstd-dev libxxhash-dev libtomlplusplus-dev libfmt-dev libcli11-dev libgtest-dev libgmock-dev
 )

@@ -58,6 +58,22 @@ TEST(VerifyRobots, RobotsInDifferentPlacesAreRefusedWithAReason) {
   EXPECT_NE(link.reason, LinkReason::accepted);
 }
 
+// The doors of two corridors look alike on purpose; so do their walls, floors and shapes.
+TEST(VerifyRobots, LookAlikeDoorsOfDifferentCorridorsAreRefused) {
+  const Explorer a = explore("simulated:corridor?frames=60"), b = explore("simulated:corridor?frames=60&seed=2");
+  EXPECT_NE(verify_robots(kA, a.keyframes, kB, b.keyframes, {}).reason, LinkReason::accepted);
+}
+
+// Matching features are not enough: here the second cloud's depth says that the first looked through a wall.
+TEST(VerifyPair, ConflictWithSpaceSeenFreeIsRefused) {
+  const Explorer a = explore("simulated:living-room?robot=1&frames=5");
+  KeyframeRecord nearer = a.keyframes[0];
+  for (std::size_t i = 0; i < nearer.grid.depth.size(); i += 2)
+    nearer.grid.depth[i] = static_cast<std::uint16_t>(nearer.grid.depth[i] / 2);
+  EXPECT_EQ(verify_pair(a.keyframes[0], a.keyframes[0], {}).reason, LinkReason::accepted);
+  EXPECT_NE(verify_pair(a.keyframes[0], nearer, {}).reason, LinkReason::accepted);
+}
+
 TEST(VerifyRobots, SameInputGivesTheSameBytes) {
   const Explorer a = explore("simulated:office?robot=1&frames=50"), b = explore("simulated:office?robot=2&frames=50");
   EXPECT_EQ(encode(verify_robots(kA, a.keyframes, kB, b.keyframes, {})),

@@ -18,6 +18,7 @@ constexpr int kQuickMatches = 8;                          // a candidate has at 
 constexpr double kAgree_m = 0.08, kAgreeCosine = 0.9976;  // two pairs agree within 8 cm and 4 degrees
 constexpr double kMinOverlap = 0.25;                      // of the source's depth cells that ICP must explain
 constexpr double kMaxIcpError_m = 0.03;
+constexpr double kMinAgreement = 0.8;  // on free space, of the less agreeing cloud
 
 // A keyframe record unpacked for matching.
 struct Cloud {
@@ -73,6 +74,27 @@ struct Verified {
   std::vector<Vector3d> points_r, points_s;  // inliers, camera frames
 };
 
+// How far two depth grids agree on what is empty: of the points of one that fall on readings of the other, the share
+// that does not lie in space that the other saw through. Points behind a surface are hidden, not in conflict.
+double free_space_agreement(const OrganizedCloud& seen, const std::vector<Vector3f>& points,
+                            const Pose& T_seen_points) {
+  int agree = 0, conflict = 0;
+  for (const Vector3f& point : points) {
+    const Vector3d p = T_seen_points * point.cast<double>();
+    if (p.z() < static_cast<double>(kMinDepth_m)) continue;
+    const double u = static_cast<double>(seen.fx) * p.x() / p.z() + static_cast<double>(seen.cx) + 0.5;
+    const double v = static_cast<double>(seen.fy) * p.y() / p.z() + static_cast<double>(seen.cy) + 0.5;
+    if (u < 0 || v < 0 || u >= seen.width || v >= seen.height) continue;
+    const auto cell = static_cast<std::size_t>(v) * static_cast<std::size_t>(seen.width) + static_cast<std::size_t>(u);
+    const double z = static_cast<double>(seen.points[cell].z());
+    if (z <= 0) continue;
+    const double margin_m = 0.05 + 0.02 * z * z;
+    agree += std::abs(p.z() - z) <= margin_m;
+    conflict += p.z() < z - 2 * margin_m;
+  }
+  return agree + conflict > 0 ? agree / static_cast<double>(agree + conflict) : 0;
+}
+
 LinkReason refine_by_icp(const Cloud& r, const Cloud& s, PairResult& result) {
   IcpConfig config;
   config.max_distance_m = 0.08f;
@@ -84,7 +106,9 @@ LinkReason refine_by_icp(const Cloud& r, const Cloud& s, PairResult& result) {
   const Pose off = result.T_r_s.inverse() * icp.T_target_source;
   if (icp.converged && off.t.norm() < kAgree_m && 0.5 * (off.R.trace() - 1) > kAgreeCosine)
     result.T_r_s = icp.T_target_source;
-  return LinkReason::accepted;
+  const double agreement = std::min(free_space_agreement(r.grid, s.cells, result.T_r_s),
+                                    free_space_agreement(s.grid, r.cells, result.T_r_s.inverse()));
+  return agreement >= kMinAgreement ? LinkReason::accepted : LinkReason::inconsistent;
 }
 
 Verified verify_clouds(const Cloud& r, const Cloud& s, const VerifyConfig& config) {
@@ -269,7 +293,8 @@ LinkRecord verify_robots(const RobotId& a, std::span<const KeyframeRecord> keyfr
   link.keyframe_a = keyframes_a[top.r].index;
   link.keyframe_b = keyframes_b[top.s].index;
   link.ratio_e4 = static_cast<std::uint32_t>(std::lround(top.result.ratio * 10000));
-  if (best.size() < static_cast<std::size_t>(config.min_supporting_pairs)) {
+  if (best.size() < static_cast<std::size_t>(config.min_supporting_pairs) &&
+      top.result.inliers < config.strong_inliers) {
     link.reason = LinkReason::inconsistent;
     link.inliers = static_cast<std::uint32_t>(top.result.inliers);
     return link;

@@ -6,10 +6,11 @@
 namespace onemap::mapping {
 
 struct VerifyConfig {
-  int min_matches = 25;  // mutual nearest neighbours of a pair of clouds
-  int min_inliers = 20;  // after the 3D RANSAC
-  int min_supporting_pairs = 2;
-  float max_ratio = 0.9f;  // of the descriptor matcher
+  int min_matches = 30;          // mutual nearest neighbours of a pair of clouds
+  int min_inliers = 25;          // after the 3D RANSAC
+  int min_supporting_pairs = 2;  // that agree, unless one pair alone has
+  int strong_inliers = 60;       // so many inliers
+  float max_ratio = 0.9f;        // of the descriptor matcher
   std::uint64_t seed = 1;
 };
 
