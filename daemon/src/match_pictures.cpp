@@ -13,20 +13,27 @@ Status MatchPictures::frame(const hal::FrameView& frame, const mapping::FrameRep
                             const mapping::LocalMapper& mapper) {
   Status status = success();
   const auto matches = mapper.last_matches();
-  const auto photograph = photographs_.find(matches.keyframe_index);
-  if (frame.index % static_cast<std::uint64_t>(every_) == 0 && matches.frame && matches.keyframe &&
-      photograph != photographs_.end()) {
+  const auto keyframe = keyframes_.find(matches.other_time);
+  const Photograph* other = matches.other_time == last_time_ ? &last_
+                            : keyframe != keyframes_.end()   ? &keyframe->second
+                                                             : nullptr;
+  if (frame.index % static_cast<std::uint64_t>(every_) == 0 && matches.frame && other && !other->empty()) {
     std::error_code ignored;  // write_png says what is wrong with the folder
     std::filesystem::create_directories(folder_, ignored);
     const int width = frame.intrinsics->width, height = frame.intrinsics->height;
-    const render::MatchSide left{photograph->second, width, height, *matches.keyframe};
+    const render::MatchSide left{*other, width, height, *matches.other};
     const render::MatchSide right{frame.rgb, width, height, *matches.frame};
-    std::vector<mapping::Match> turned(matches.matches.begin(), matches.matches.end());  // keyframe on the left
+    std::vector<mapping::Match> turned(matches.matches.begin(),
+                                       matches.matches.end());  // the earlier image on the left
     for (mapping::Match& m : turned) std::swap(m.a, m.b);
     status = render::write_png(fmt::format("{}/{:06}.png", folder_, frame.index),
                                render::draw_matches(left, right, turned, matches.kept));
   }
-  if (report.keyframe_added) photographs_.try_emplace(keyframes_++, frame.rgb.begin(), frame.rgb.end());
+  if (report.state == mapping::TrackState::tracking) {
+    last_time_ = frame.time;
+    last_.assign(frame.rgb.begin(), frame.rgb.end());
+  }
+  if (report.keyframe_added) keyframes_.try_emplace(frame.time, last_);
   return status;
 }
 

@@ -49,7 +49,7 @@ struct Walk {
 
 // Plays a stream through a mapper; change may alter a frame before it is processed.
 Walk play(const std::string& address, const LocalMapperConfig& config,
-         const std::function<void(hal::Frame&)>& change = {}) {
+          const std::function<void(hal::Frame&)>& change = {}) {
   Stream stream(address);
   LocalMapper mapper(config, stream.camera->intrinsics());
   Walk walk;
@@ -186,6 +186,30 @@ TEST(LocalMapper, KeyframePoolThatIsFullEvictsAndGoesOn) {
   EXPECT_GT(walk.counters.keyframes_evicted, 0u);
   EXPECT_EQ(walk.counters.tracked, 120u);
   EXPECT_EQ(walk.keyframes.size(), walk.counters.keyframes) << "an evicted keyframe has left as a record before";
+}
+
+// Figure 4: between frames that are close in time, a kept match joins places that are close in the image.
+TEST(LocalMapper, MatchesForPicturesBelongToTheImagesThatTheyName) {
+  Stream stream("simulated:living-room?frames=12&width=320&height=240");
+  LocalMapper mapper(small_config(), stream.camera->intrinsics());
+  FrameTime last{};
+  int pictures = 0;
+  while (auto frame = stream.next()) {
+    mapper.process(frame->view());
+    const auto picture = mapper.last_matches();
+    if (picture.frame != nullptr) {
+      ++pictures;
+      EXPECT_EQ(picture.other_time, last);
+      for (std::size_t i = 0; i < picture.matches.size(); ++i) {
+        if (!picture.kept[i]) continue;
+        const Keypoint &a = picture.frame->keypoints[picture.matches[i].a],
+                       &b = picture.other->keypoints[picture.matches[i].b];
+        ASSERT_LT(std::hypot(a.x_px - b.x_px, a.y_px - b.y_px), 25);
+      }
+    }
+    last = frame->time;
+  }
+  EXPECT_EQ(pictures, 11);
 }
 
 TEST(LocalMapper, OrbIsAnAlternative) {

@@ -20,8 +20,10 @@ class MatchPictures {
  private:
   const std::string folder_;
   const int every_;
-  std::uint32_t keyframes_ = 0;
-  std::map<std::uint32_t, std::vector<std::uint8_t>> photographs_;  // by keyframe index
+  using Photograph = std::vector<std::uint8_t>;
+  std::map<FrameTime, Photograph> keyframes_;
+  FrameTime last_time_{};  // of the last placed frame
+  Photograph last_;
 };
 
 }  // namespace onemap::daemon

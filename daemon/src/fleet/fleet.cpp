@@ -185,6 +185,9 @@ void Fleet::print_result(const Report& report) const {
              report.reference, report.merge_ms, report.global_points);
   fmt::print("pictures:\n");
   for (std::size_t i = 0; i < config_.cameras.size(); ++i) fmt::print("  {0}/local.png  {0}/global.png\n", folder(i));
+  fmt::print("models (glTF and PLY):\n");
+  for (std::size_t i = 0; i < config_.cameras.size(); ++i)
+    fmt::print("  {0}/local.glb  {0}/global.glb  {0}/local.ply  {0}/global.ply\n", folder(i));
   fmt::print("report: {}/report.json\n", config_.out);
 }
 

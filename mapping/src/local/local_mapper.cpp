@@ -45,6 +45,11 @@ FundamentalConfig fundamental_config(const hal::Intrinsics& k, std::uint64_t see
   return config;
 }
 
+VoxelMapConfig voxel_config(VoxelMapConfig config, const hal::Intrinsics& k) {
+  config.image_pixels = static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height);
+  return config;
+}
+
 RigidConfig rigid_config(std::uint64_t seed) {
   RigidConfig config;
   config.seed = seed ^ 0x9E3779B97F4A7C15u;
@@ -83,6 +88,7 @@ struct LocalMapper::Impl {
   TrackReason locate(FrameReport& report, Pose& T_camera_world);
   TrackReason relative_pose(const FeatureFrame& other, FrameReport& report, Pose& T_other_current);
   TrackReason place(const FeatureFrame& other, const Pose& T_other_world, FrameReport& report, Pose& T_camera_world);
+  TrackReason place_by_keyframe(std::size_t slot, FrameReport& report, Pose& T_camera_world);
   TrackReason refine(FrameReport& report, Pose& T_camera_world);
   std::optional<PosePrior> align_depth(const Pose& T_camera_world);
   void follow(const hal::FrameView& frame, const Pose& T_camera_world, FrameReport& report);
@@ -151,7 +157,10 @@ struct LocalMapper::Impl {
   std::vector<Vector3d> points_r, points_s;
   std::vector<PoseObservation> observations;
   std::vector<std::uint32_t> observation_feature;
-  const FeatureSet* matched_keyframe = nullptr;
+  // What the last matches were with: the last placed frame, or a keyframe.
+  bool matched_previous = false, placed = false;
+  std::size_t matched_slot = 0;
+  FrameTime previous_time{}, matched_time{};
 };
 
 LocalMapper::Impl::Impl(const LocalMapperConfig& c, const hal::Intrinsics& k)
@@ -173,7 +182,7 @@ LocalMapper::Impl::Impl(const LocalMapperConfig& c, const hal::Intrinsics& k)
       map(static_cast<std::size_t>(c.max_keyframes),
           static_cast<std::size_t>(c.max_keyframes) * static_cast<std::size_t>(c.max_features) / 2,
           static_cast<std::size_t>(c.max_features)),
-      voxels(c.map),
+      voxels(voxel_config(c.map, k)),
       trajectory(kTrajectoryRing) {
   const auto n = static_cast<std::size_t>(c.max_features);
   if (c.features == DescriptorKind::surf) {
@@ -236,7 +245,6 @@ TrackReason LocalMapper::Impl::relative_pose(const FeatureFrame& other, FrameRep
   const auto found = matcher.match(current.set, other.set);
   matches.assign(found.begin(), found.end());
   kept.assign(matches.size(), 0);
-  matched_keyframe = &other.set;
   report.matches = static_cast<int>(matches.size());
   if (matches.size() < 15) return TrackReason::too_few_matches;
 
@@ -326,12 +334,21 @@ TrackReason LocalMapper::Impl::place(const FeatureFrame& other, const Pose& T_ot
   return refine(report, T_camera_world);
 }
 
+TrackReason LocalMapper::Impl::place_by_keyframe(std::size_t slot, FrameReport& report, Pose& T_camera_world) {
+  const MapKeyframe& k = map.keyframe(slot);
+  matched_previous = false;
+  matched_slot = slot;
+  matched_time = k.time;
+  return place(k.features, k.T_camera_world, report, T_camera_world);
+}
+
 TrackReason LocalMapper::Impl::locate(FrameReport& report, Pose& T_camera_world) {
+  matched_previous = true;
+  matched_time = previous_time;
   TrackReason reason = place(previous, T_previous_world, report, T_camera_world);
   if (reason == TrackReason::ok) return reason;
   const std::size_t first_reference = reference;
-  const MapKeyframe& k = map.keyframe(reference);
-  if (place(k.features, k.T_camera_world, report, T_camera_world) == TrackReason::ok) return TrackReason::ok;
+  if (place_by_keyframe(reference, report, T_camera_world) == TrackReason::ok) return TrackReason::ok;
   if (state != TrackState::lost) return reason;
   for (std::size_t tries = 0, looked = 0; tries < kRelocalizationTries && looked < map.keyframe_capacity(); ++looked) {
     const std::size_t slot = relocalization_next;
@@ -339,8 +356,7 @@ TrackReason LocalMapper::Impl::locate(FrameReport& report, Pose& T_camera_world)
     if (!map.keyframe(slot).used || slot == first_reference) continue;
     ++tries;
     use_reference(slot);
-    const MapKeyframe& old = map.keyframe(slot);
-    if (place(old.features, old.T_camera_world, report, T_camera_world) == TrackReason::ok) return TrackReason::ok;
+    if (place_by_keyframe(slot, report, T_camera_world) == TrackReason::ok) return TrackReason::ok;
   }
   use_reference(first_reference);
   return reason;
@@ -487,6 +503,8 @@ void LocalMapper::Impl::follow(const hal::FrameView& frame, const Pose& T, Frame
   integrate(frame, T_camera_world, report);
   T_previous_world = T_camera_world;
   std::swap(current, previous);
+  previous_time = frame.time;
+  placed = true;
   report.state = state;
   report.reference_keyframe = map.keyframe(reference).index;
   report.T_robot_camera = T_camera_world.inverse();
@@ -499,6 +517,7 @@ void LocalMapper::Impl::lose(FrameReport& report, TrackReason reason) {
   ++counters.refused[static_cast<std::size_t>(reason)];
   report.reason = reason;
   report.state = state;
+  placed = false;
 }
 
 FrameReport LocalMapper::Impl::process(const hal::FrameView& frame) {
@@ -582,9 +601,12 @@ std::size_t LocalMapper::bytes() const {
 
 LocalMapper::MatchPicture LocalMapper::last_matches() const {
   const Impl& m = *impl_;
-  // follow() swapped a placed frame into previous.
-  return {m.state == TrackState::tracking ? &m.previous.set : &m.current.set, m.matched_keyframe, m.matches, m.kept,
-          m.map.keyframe(m.reference).index};
+  if (m.counters.keyframes == 0 || m.matched_time == FrameTime{}) return {};
+  // A placed frame was swapped into previous, and what was there into current.
+  const FeatureSet& frame = m.placed ? m.previous.set : m.current.set;
+  const FeatureSet& last = m.placed ? m.current.set : m.previous.set;
+  return {&frame, m.matched_previous ? &last : &m.map.keyframe(m.matched_slot).features.set, m.matched_time, m.matches,
+          m.kept};
 }
 
 }  // namespace onemap::mapping

@@ -109,13 +109,14 @@ class LocalMapper {
   const LocalMapperCounters& counters() const;
   std::size_t bytes() const;  // memory taken, map included
 
-  // The features of the last frame and of its reference keyframe, with the matches kept and rejected: figure 4.
+  // The matches of the last frame with the image that it was last compared with (the frame before or a keyframe, known
+  // by its time): figure 4. frame is nullptr before the second frame. Valid until the next process().
   struct MatchPicture {
     const FeatureSet* frame = nullptr;
-    const FeatureSet* keyframe = nullptr;
-    std::span<const Match> matches;      // a: frame, b: keyframe
+    const FeatureSet* other = nullptr;
+    FrameTime other_time{};
+    std::span<const Match> matches;      // a: frame, b: other
     std::span<const std::uint8_t> kept;  // 1 kept, 0 rejected
-    std::uint32_t keyframe_index = 0;
   };
   MatchPicture last_matches() const;
 
