@@ -4,8 +4,9 @@
 
 namespace onemap::mapping {
 
-// Marching cubes (Lorensen and Cline 1987) over the zero level of the map; shared vertices are welded; colour and normal
-// are interpolated. Voxels with less than min_weight do not count. Deterministic: the order follows the sorted blocks.
+// Marching cubes (Lorensen and Cline 1987) over the zero level of the map; shared vertices are welded; colour and
+// normal are interpolated. Voxels with less than min_weight do not count. Deterministic: the order follows the sorted
+// blocks.
 TriangleMesh extract_mesh(const VoxelMap& map, std::uint16_t min_weight = 2);
 
 // One coloured point for each zero crossing between neighbouring voxels (x, y, z edges), with normals.
