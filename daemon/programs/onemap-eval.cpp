@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -66,7 +68,7 @@ Result<TeamEvaluation> run(const std::vector<std::string>& files, const Evaluati
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   CLI::App app(kDescription, "onemap-eval");
   std::vector<std::string> files;
   EvaluationSettings settings;
@@ -91,4 +93,9 @@ int main(int argc, char** argv) {
   }
   fmt::print("{}", json ? to_json(*evaluation) : to_text(*evaluation, settings));
   return 0;
+} catch (const std::exception& error) {  // out of memory, or a closed standard output
+  (void)std::fputs("onemap-eval: ", stderr);
+  (void)std::fputs(error.what(), stderr);
+  (void)std::fputs("\n", stderr);
+  return kBadInput;
 }

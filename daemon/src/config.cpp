@@ -5,6 +5,7 @@
 #include <toml++/toml.h>
 #include <charconv>
 #include <functional>
+#include <utility>
 
 namespace onemap::daemon {
 
@@ -19,7 +20,7 @@ struct Key {
 
 template <class T>
 auto number(T min, T max, std::function<void(Config&, T)> store) {
-  return [=](const toml::node& node, Config& config) -> std::string {
+  return [min, max, store = std::move(store)](const toml::node& node, Config& config) -> std::string {
     const auto value = node.value<T>();
     if (!value || node.is_boolean() || node.is_string()) return "expected a number";
     if (*value < min || *value > max) return fmt::format("{} is not within {}..{}", *value, min, max);
@@ -29,7 +30,7 @@ auto number(T min, T max, std::function<void(Config&, T)> store) {
 }
 
 auto text(std::function<std::string(Config&, const std::string&)> store) {
-  return [=](const toml::node& node, Config& config) -> std::string {
+  return [store = std::move(store)](const toml::node& node, Config& config) -> std::string {
     const auto value = node.value_exact<std::string>();
     return value ? store(config, *value) : "expected a string";
   };

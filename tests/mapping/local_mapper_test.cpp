@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <optional>
+#include <span>
 
 #include "hal/backends/simulated.hpp"
 #include "support/count_allocations.hpp"
@@ -115,6 +116,31 @@ TEST(LocalMapper, SameFramesGiveTheSameBytes) {
   for (std::size_t i = 0; i < a.poses.size(); ++i) EXPECT_EQ(a.poses[i].T_robot_camera, b.poses[i].T_robot_camera);
   ASSERT_EQ(a.keyframes.size(), b.keyframes.size());
   for (std::size_t i = 0; i < a.keyframes.size(); ++i) EXPECT_EQ(encode(a.keyframes[i]), encode(b.keyframes[i]));
+}
+
+std::uint64_t fnv1a(std::uint64_t hash, std::uint8_t byte) { return (hash ^ byte) * 0x100000001b3u; }
+
+// Everything that leaves the robot, in one number.
+std::uint64_t digest_of(const Walk& walk) {
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  const auto mix = [&hash](std::span<const std::uint8_t> bytes) {
+    for (const std::uint8_t byte : bytes) hash = fnv1a(hash, byte);
+  };
+  for (const KeyframeRecord& keyframe : walk.keyframes) mix(encode(keyframe));
+  TrajectoryRecord trajectory;
+  trajectory.poses = walk.poses;
+  mix(encode(trajectory));
+  for (int shift = 0; shift < 64; shift += 8) hash = fnv1a(hash, static_cast<std::uint8_t>(walk.digest >> shift));
+  return hash;
+}
+
+// The numbers are what a release build on x86-64 gives: optimised, debug and sanitizer builds must all give them, on
+// any machine. A change of the algorithms changes them too; then take the new ones from the release build.
+TEST(LocalMapper, EveryBuildGivesTheSameBytes) {
+  const Walk walk = play("simulated:living-room?frames=40&robot=2&width=320&height=240", small_config());
+  EXPECT_GE(walk.counters.tracked, 38u);
+  EXPECT_EQ(walk.digest, 0x93ff8f4a5944c507u) << "the map";
+  EXPECT_EQ(digest_of(walk), 0xa8082203fb0f98cu) << "keyframes, trajectory and map";
 }
 
 TEST(LocalMapper, AllocatesNothingOnTheFramePath) {
