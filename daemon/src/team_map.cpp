@@ -140,7 +140,7 @@ Status TeamMap::add_link(const RobotId& author, std::span<const std::uint8_t> bo
   else
     log_.line("link {} - {} refused: {}, {} pairs of clouds agree, {} inliers", link->a.name(), link->b.name(),
               words(link->reason), link->supporting_pairs, link->inliers);
-  links_.insert_or_assign(pair, std::move(*link));
+  links_.insert_or_assign(pair, *link);
   return success();
 }
 
