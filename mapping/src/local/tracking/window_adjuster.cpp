@@ -192,8 +192,7 @@ void WindowAdjuster::linearize(double focal_px, double lambda) {
     for (int d = 0; d < 6; ++d) S_(d, d) = 1, g_[d] = 0;
 }
 
-bool WindowAdjuster::solve(double lambda) {
-  (void)lambda;
+bool WindowAdjuster::solve() {
   delta_ = g_;
   if (!cholesky_solve(S_, delta_, 6 * static_cast<int>(free_))) return false;
   for (std::size_t i = 0; i < free_; ++i) {
@@ -230,7 +229,7 @@ void WindowAdjuster::adjust(LandmarkMap& map, std::span<const std::size_t> free_
   double lambda = 1e-4, current = cost(focal_px, pose_, false);
   for (int i = 0; i < kIterations; ++i) {
     linearize(focal_px, lambda);
-    if (!solve(lambda)) {
+    if (!solve()) {
       lambda *= 10;
       continue;
     }

@@ -39,7 +39,7 @@ class WindowAdjuster {
   void add_observations(LandmarkMap& map, std::size_t slot, std::int32_t pose, bool create);
   double cost(double focal_px, const std::array<Pose, kWindow>& poses, bool trial) const;
   void linearize(double focal_px, double lambda);
-  bool solve(double lambda);
+  bool solve();
   const Pose& pose_of(std::int32_t index, const std::array<Pose, kWindow>& poses) const;
   void drop_outliers(LandmarkMap& map, double focal_px);
 
