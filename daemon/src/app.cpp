@@ -45,6 +45,8 @@ Status App::open() {
     TeamMapConfig team;
     team.atlas.map = config_.mapper.map;
     team.atlas.map.budget_bytes = config_.global_budget_bytes;
+    team.merge_while_mapping =
+        std::chrono::duration_cast<Duration>(std::chrono::duration<double>(config_.merge_while_mapping_s));
     team_ = std::make_unique<Team>(RobotId::from_name(config_.id), team, publish, log_);
     auto radio = Radio::open(
         config_, [this](auto record) { team_->apply(std::move(record)); }, log_);
@@ -165,7 +167,7 @@ Report App::report() const {
   const mapping::VoxelMap* map = &pipeline_->mapper().map();
   if (radio_) {
     const TeamView team = team_->view();
-    const auto& solution = team_->map().solution();
+    const auto solution = team_->map().solution();
     map = team_->map().map();
     report.same_map = agreed_;
     report.merge_ms = static_cast<std::uint64_t>(to_seconds(team.merge) * 1e3);
@@ -190,9 +192,11 @@ Report App::report() const {
 Status App::write_trajectories() const {
   if (auto status = write_text(config_.out + "/trajectory.txt", trajectory_text(pipeline_->poses())); !status)
     return status;
-  if (!radio_ || !team_->map().solution()) return success();
+  if (!radio_) return success();
+  const auto solution = team_->map().solution();
+  if (!solution) return success();
   if (auto status = make_folder(config_.out + "/global"); !status) return status;
-  for (const auto& solved : team_->map().solution()->robots) {
+  for (const auto& solved : solution->robots) {
     const TeamMember& member = team_->map().members().at(solved.robot);
     const std::string file = config_.out + "/global/" + solved.robot.name() + ".txt";
     const std::string text = trajectory_text(member.poses, mapping::from_quantized(solved.T_global_robot));
@@ -205,7 +209,8 @@ MapPicture App::global_picture() const {
   MapPicture picture{config_.out + "/global", team_->map().map(), {}};
   picture.scene.title = "global map";
   std::size_t number = 0;
-  for (const auto& solved : team_->map().solution()->robots) {
+  const auto solution = team_->map().solution();
+  for (const auto& solved : solution->robots) {
     const TeamMember& member = team_->map().members().at(solved.robot);
     picture.scene.robots.push_back(make_path(member.name, number++, member.poses, member.keyframe_poses,
                                              mapping::from_quantized(solved.T_global_robot)));

@@ -95,6 +95,7 @@ const std::vector<Key>& keys() {
       {"run", "speed", set_speed},
       {"run", "linger_s", number<double>(0, 1e6, [](C& c, double v) { c.linger_s = v; })},
       {"run", "peer_wait_s", number<double>(0, 1e6, [](C& c, double v) { c.peer_wait_s = v; })},
+      {"run", "merge_while_mapping_s", number<double>(0, 1e6, [](C& c, double v) { c.merge_while_mapping_s = v; })},
       {"run", "matches_picture", number<I>(0, 1000000, [](C& c, I v) { c.matches_picture = static_cast<int>(v); })},
       {"tracking", "features", text(set_features)},
       {"tracking", "max_features", number<I>(50, 1000, [](C& c, I v) { c.mapper.max_features = static_cast<int>(v); })},

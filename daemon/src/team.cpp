@@ -4,6 +4,11 @@
 
 namespace onemap::daemon {
 
+namespace {
+constexpr auto kLook = std::chrono::milliseconds(250);
+constexpr auto kLongestEnd = std::chrono::milliseconds(1500);  // for the map that was being built when asked to stop
+}  // namespace
+
 Team::Team(const RobotId& self, const TeamMapConfig& config, Publish publish, Log& log)
     : map_(self, config, std::move(publish), log) {}
 
@@ -36,7 +41,8 @@ TeamView Team::view() const {
 
 std::vector<std::shared_ptr<const comms::Record>> Team::wait_for_records() {
   std::unique_lock lock(mutex_);
-  wake_.wait(lock, [&] { return stopping_ || !inbox_.empty(); });
+  // Some work becomes due by time alone.
+  wake_.wait_for(lock, kLook, [&] { return stopping_ || !inbox_.empty(); });
   return std::exchange(inbox_, {});
 }
 
@@ -53,12 +59,17 @@ void Team::run() {
     const Instant arrived = now();
     for (const auto& record : records) map_.apply(record, arrived);
     if (stopping_) break;
-    busy = map_.step();
+    busy = map_.step(arrived, [this] { return stopping_.load(); });
     map_.observe(now());
     const std::lock_guard lock(mutex_);
     view_ = map_.view();
     view_.settled = view_.settled && inbox_.empty();
   }
+  const Instant end = now() + kLongestEnd;
+  map_.finish_fusion([&] { return now() > end; });
+  const std::lock_guard lock(mutex_);
+  view_ = map_.view();
+  view_.settled = view_.settled && inbox_.empty();
 }
 
 }  // namespace onemap::daemon

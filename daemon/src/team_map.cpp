@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "daemon/clock.hpp"
 #include "mapping/team/reference.hpp"
 
 namespace onemap::daemon {
@@ -9,14 +10,6 @@ namespace onemap::daemon {
 using mapping::RecordKind;
 
 namespace {
-
-std::vector<mapping::KeyframeRecord> decode_keyframes(const TeamMember& member) {
-  std::vector<mapping::KeyframeRecord> keyframes;
-  keyframes.reserve(member.keyframes.size());
-  for (const auto& record : member.keyframes)
-    if (auto keyframe = mapping::decode_keyframe(record->body)) keyframes.push_back(std::move(*keyframe));
-  return keyframes;
-}
 
 bool equal(const std::optional<mapping::SolutionRecord>& a, const std::optional<mapping::SolutionRecord>& b) {
   return a.has_value() == b.has_value() && (!a || encode(*a) == encode(*b));
@@ -42,26 +35,31 @@ const char* words(mapping::LinkReason reason) {
   return "a reason of a later version";
 }
 
-template <class Record>
-Status keep(Result<Record> decoded, std::optional<Record>& place) {
-  if (!decoded) return decoded.error();
-  place = std::move(*decoded);
-  return success();
+// Keyframes decode, for members keep only those.
+mapping::KeyframeSource keyframes_of(const RobotId& robot, const TeamMember& member) {
+  return {robot, member.keyframes.size(),
+          [&member](std::size_t i) { return std::move(*mapping::decode_keyframe(member.keyframes[i]->body)); }};
 }
 
 }  // namespace
 
 TeamMap::TeamMap(const RobotId& self, const TeamMapConfig& config, Publish publish, Log& log)
-    : self_(self), config_(config), publish_(std::move(publish)), log_(log) {}
+    : self_(self),
+      config_(config),
+      publish_(std::move(publish)),
+      log_(log),
+      schedule_(config.merge_while_mapping),
+      fusion_(config.atlas) {}
 
 void TeamMap::apply(const std::shared_ptr<const comms::Record>& record, Instant now) {
-  const RobotId author = record->id.log.robot;
   TeamMember* member = member_of(record->id.log);
   if (!member) return;
-  const Status status = decode_into(*member, record);
-  if (!status) {
-    ++refused_;
-    log_.limited("record", "record {} of {} refused: {}", record->id.seq, author.name(), status.error().text());
+  if (const Status status = take(*member, record); !status) {
+    RefusedRecords& refused = refused_[record->kind];
+    ++refused.count;
+    refused.last_reason = status.error().text();
+    log_.limited("record", "record {} of {} refused: {}", record->id.seq, record->id.log.robot.name(),
+                 refused.last_reason);
   }
   if (!all_finished())
     all_finished_seen_ = false;
@@ -76,89 +74,71 @@ TeamMember* TeamMap::member_of(const comms::LogId& log) {
   TeamMember& member = members_[log.robot];
   if (log.incarnation < member.incarnation) return nullptr;
   if (log.incarnation > member.incarnation) {
-    // The robot started anew: what was concluded from its earlier life goes with that life.
-    std::erase_if(links_,
-                  [&](const auto& link) { return link.first.first == log.robot || link.first.second == log.robot; });
-    std::erase_if(verified_, [&](const Pair& pair) { return pair.first == log.robot || pair.second == log.robot; });
+    // The robot started anew: what its earlier life wrote goes with that life. Others' links to it name the life.
+    std::erase_if(links_, [&](const auto& link) { return link.first.first == log.robot; });
+    stale_ = stale_ || !member.submaps.empty();
     member = TeamMember{};
     member.incarnation = log.incarnation;
   }
   return &member;
 }
 
-Status TeamMap::decode_into(TeamMember& member, const std::shared_ptr<const comms::Record>& record) {
-  switch (static_cast<RecordKind>(record->kind)) {
-    case RecordKind::hello: {
-      auto hello = mapping::decode_hello(record->body);
-      if (!hello) return hello.error();
-      member.name = hello->name;
-      member.camera = hello->camera;
-      if (record->id.log.robot != self_) log_.line("robot {} joined with {}", member.name, member.camera);
-      return success();
-    }
-    case RecordKind::keyframe: {
-      auto keyframe = mapping::decode_keyframe(record->body);
-      member.keyframes.push_back(record);  // counted even when odd: completeness is by number
-      if (!keyframe) return keyframe.error();
-      member.keyframe_poses.push_back(keyframe->T_robot_keyframe);
-      return success();
-    }
-    case RecordKind::trajectory: {
-      auto batch = mapping::decode_trajectory(record->body);
-      if (!batch) return batch.error();
-      member.poses.insert(member.poses.end(), batch->poses.begin(), batch->poses.end());
-      return success();
-    }
-    case RecordKind::submap:
-      member.submaps.push_back(record);
-      return success();
-    case RecordKind::link:
-      return add_link(record->id.log.robot, record->body);
-    case RecordKind::solution:
-      return keep(mapping::decode_solution(record->body), member.solution);
-    case RecordKind::finished: {
-      Status status = keep(mapping::decode_finished(record->body), member.finished);
-      if (status)
-        log_.line("robot {} finished: {} frames, {} tracked, {} keyframes, {} submaps", record->id.log.robot.name(),
-                  member.finished->frames, member.finished->tracked, member.finished->keyframes,
-                  member.finished->submaps);
-      return status;
-    }
-  }
-  return Error{"kind " + std::to_string(record->kind), "not known to this version"};
+Status TeamMap::take(TeamMember& member, const std::shared_ptr<const comms::Record>& record) {
+  if (static_cast<RecordKind>(record->kind) == RecordKind::link) return take_link(record->id.log.robot, record->body);
+  Status status = member.apply(record);
+  if (status) log_member(record->id.log.robot, member, record->kind);
+  return status;
 }
 
-Status TeamMap::add_link(const RobotId& author, std::span<const std::uint8_t> body) {
+Status TeamMap::take_link(const RobotId& author, std::span<const std::uint8_t> body) {
   auto link = mapping::decode_link(body);
   if (!link) return link.error();
   if (link->a != author || !(link->a < link->b)) return Error{"link", "not written by the lower robot of its pair"};
-  const Pair pair{link->a, link->b};
-  if (link->reason == mapping::LinkReason::accepted)
-    log_.line("link {} - {} accepted: {} pairs of clouds agree, {} inliers, ratio {:.2f}, error {:.1f} mm",
-              link->a.name(), link->b.name(), link->supporting_pairs, link->inliers, link->ratio_e4 * 1e-4,
-              link->error_um * 1e-3);
-  else
-    log_.line("link {} - {} refused: {}, {} pairs of clouds agree, {} inliers", link->a.name(), link->b.name(),
-              words(link->reason), link->supporting_pairs, link->inliers);
-  links_.insert_or_assign(pair, *link);
+  log_link(*link);
+  links_.insert_or_assign(Pair{link->a, link->b}, *link);
   return success();
 }
 
-bool TeamMap::step() { return verify_next_pair() || decide() || fuse(); }
+void TeamMap::log_member(const RobotId& id, const TeamMember& member, std::uint16_t kind) const {
+  if (static_cast<RecordKind>(kind) == RecordKind::hello && id != self_)
+    log_.line("robot {} joined with {}", member.name, member.camera);
+  if (static_cast<RecordKind>(kind) == RecordKind::finished)
+    log_.line("robot {} finished: {} frames, {} tracked, {} keyframes, {} submaps", id.name(), member.finished->frames,
+              member.finished->tracked, member.finished->keyframes, member.finished->submaps);
+}
 
-bool TeamMap::verify_next_pair() {
+void TeamMap::log_link(const mapping::LinkRecord& link) const {
+  if (link.reason == mapping::LinkReason::accepted)
+    log_.line("link {} - {} accepted: {} pairs of clouds agree, {} inliers, ratio {:.2f}, error {:.1f} mm",
+              link.a.name(), link.b.name(), link.supporting_pairs, link.inliers, link.ratio_e4 * 1e-4,
+              link.error_um * 1e-3);
+  else
+    log_.line("link {} - {} refused: {}, {} pairs of clouds agree, {} inliers", link.a.name(), link.b.name(),
+              words(link.reason), link.supporting_pairs, link.inliers);
+}
+
+bool TeamMap::step(Instant now, const Stop& stop) { return verify_next_pair(now, stop) || decide() || fuse(now, stop); }
+
+bool TeamMap::verify_next_pair(Instant now, const Stop& stop) {
   const auto self = members_.find(self_);
-  if (self == members_.end() || !self->second.keyframes_complete()) return false;
-  for (const auto& [other, member] : members_) {
-    const Pair pair{self_, other};
-    if (!(self_ < other) || !member.keyframes_complete() || verified_.contains(pair)) continue;
-    verified_.insert(pair);
-    const auto mine = decode_keyframes(self->second), theirs = decode_keyframes(member);
-    const auto link = mapping::verify_robots(self_, mine, other, theirs, config_.verify);
-    publish_({mapping::Lane::poses, RecordKind::link, encode(link)});
-    return true;
-  }
+  if (self == members_.end()) return false;
+  for (const auto& [other, member] : members_)
+    if (self_ < other && schedule_.due(self->second, other, member, now)) return verify(other, now, stop);
   return false;
+}
+
+bool TeamMap::verify(const RobotId& other, Instant now, const Stop& stop) {
+  const TeamMember &mine = members_.at(self_), &theirs = members_.at(other);
+  auto link = mapping::verify_robots(keyframes_of(self_, mine), keyframes_of(other, theirs), config_.verify, stop);
+  if (!link) return false;
+  link->incarnation_b = theirs.incarnation;
+  const bool linked = link->reason == mapping::LinkReason::accepted;
+  const bool final = mine.keyframes_complete() && theirs.keyframes_complete();
+  // While mapping, a refusal is only news when it takes a link back.
+  if (final || linked || schedule_.linked(other, theirs))
+    publish_({mapping::Lane::poses, RecordKind::link, encode(*link)});
+  schedule_.verified(mine, other, theirs, linked, now, daemon::now());
+  return true;
 }
 
 std::vector<RobotId> TeamMap::robots() const {
@@ -173,25 +153,51 @@ bool TeamMap::all_finished() const {
          std::ranges::all_of(members_, [](const auto& m) { return m.second.finished.has_value(); });
 }
 
+const mapping::LinkRecord* TeamMap::link_of(const RobotId& a, const RobotId& b) const {
+  const auto link = links_.find({a, b});
+  const auto member = members_.find(b);
+  const bool counts =
+      link != links_.end() && member != members_.end() && link->second.incarnation_b == member->second.incarnation;
+  return counts ? &link->second : nullptr;
+}
+
+std::vector<mapping::LinkRecord> TeamMap::links() const {
+  std::vector<mapping::LinkRecord> out;
+  for (const auto& [pair, link] : links_)
+    if (link_of(pair.first, pair.second)) out.push_back(link);
+  return out;
+}
+
 bool TeamMap::all_linked() const {
   const auto ids = robots();
   for (std::size_t i = 0; i < ids.size(); ++i)
-    for (std::size_t j = i + 1; j < ids.size(); ++j)
-      if (!links_.contains({ids[i], ids[j]})) return false;
+    for (std::size_t j = i + 1; j < ids.size(); ++j) {
+      const TeamMember &a = members_.at(ids[i]), &b = members_.at(ids[j]);
+      const mapping::LinkRecord* link = link_of(ids[i], ids[j]);
+      if (!link || !a.keyframes_complete() || !b.keyframes_complete()) return false;
+      if (link->keyframes_a != a.keyframes.size() || link->keyframes_b != b.keyframes.size()) return false;
+    }
   return true;
 }
 
 std::optional<mapping::SolutionRecord> TeamMap::wanted_solution() const {
   if (!all_finished() || !all_linked()) return std::nullopt;
-  std::vector<mapping::LinkRecord> links;
-  for (const auto& [pair, link] : links_) links.push_back(link);
-  return mapping::solve(robots(), links);
+  return mapping::solve(robots(), links());
+}
+
+std::optional<mapping::SolutionRecord> TeamMap::interim_solution() const {
+  if (config_.merge_while_mapping <= Duration::zero() || all_finished()) return std::nullopt;
+  const auto all = links();
+  const auto accepted = [](const auto& link) { return link.reason == mapping::LinkReason::accepted; };
+  if (std::ranges::none_of(all, accepted)) return std::nullopt;
+  return mapping::solve(robots(), all);
 }
 
 bool TeamMap::decide() {
   const auto ids = robots();
   if (ids.empty() || mapping::elect(ids) != self_) return false;
   auto wanted = wanted_solution();
+  if (!wanted) wanted = interim_solution();
   if (!wanted || equal(wanted, published_)) return false;
   published_ = std::move(wanted);
   publish_({mapping::Lane::poses, RecordKind::solution, encode(*published_)});
@@ -212,56 +218,66 @@ std::size_t TeamMap::submaps_in(const mapping::SolutionRecord& solution) const {
   return count;
 }
 
-bool TeamMap::fuse() {
+bool TeamMap::may_begin(const mapping::SolutionRecord& solution, Instant now) const {
+  if (all_finished()) return equal(wanted_solution(), solution);
+  return config_.merge_while_mapping > Duration::zero() && now >= next_interim_fusion_;
+}
+
+bool TeamMap::fuse(Instant now, const Stop& stop) {
   const mapping::SolutionRecord* solution = current_solution();
   if (!solution) return false;
-  for (const auto& robot : solution->robots) {
-    const auto member = members_.find(robot.robot);
-    if (member == members_.end() || !member->second.complete()) return false;  // its voxels are still on their way
+  const bool current = !stale_ && equal(fusion_.solution(), *solution);
+  // What was begun while robots map is finished first, even when its solution is out of date by then.
+  if (!fusion_.underway() || (!current && (stale_ || all_finished()))) {
+    if (current && fusion_.submaps() == submaps_in(*solution)) return false;
+    if (!may_begin(*solution, now)) return false;
+    fusion_.begin(*solution);
+    stale_ = false;
+    next_interim_fusion_ = now + config_.merge_while_mapping;
   }
-  if (equal(fused_, *solution) && fused_submaps_ == submaps_in(*solution)) return false;
-  std::vector<mapping::SubmapRecord> decoded;
-  std::vector<mapping::Atlas::Submap> submaps;
-  decoded.reserve(submaps_in(*solution));  // pointers into it stay valid
-  for (const auto& robot : solution->robots)
-    for (const auto& record : members_.at(robot.robot).submaps) {
-      auto submap = mapping::decode_submap(record->body);
-      if (!submap) {
-        ++refused_;
-        log_.limited("record", "submap {} of {} refused: {}", record->id.seq, robot.robot.name(),
-                     submap.error().text());
-        continue;
-      }
-      decoded.push_back(std::move(*submap));
-      submaps.push_back({robot.robot, record->id.seq, &decoded.back()});
-    }
-  if (!atlas_) atlas_ = std::make_unique<mapping::Atlas>(config_.atlas);
-  atlas_->rebuild(*solution, submaps);
-  fused_ = *solution;
-  fused_submaps_ = submaps_in(*solution);
-  fused_anew_ = true;
-  digest_ = atlas_->digest();
-  log_fused();
+  const auto member = members_.find(fusion_.next());
+  if (member == members_.end()) return false;
+  if (all_finished() && !member->second.complete()) return false;  // its voxels are still on their way
+  const Instant began = daemon::now();
+  if (!fusion_.add(member->second, stop)) return false;
+  // Building maps while others are being built takes at most a tenth of the time.
+  next_interim_fusion_ = next_interim_fusion_ + 10 * (daemon::now() - began);
+  if (fusion_.done()) fused();
   return true;
 }
 
-void TeamMap::log_fused() const {
+void TeamMap::finish_fusion(const Stop& stop) {
+  while (fusion_.underway()) {
+    const auto member = members_.find(fusion_.next());
+    if (member == members_.end() || !fusion_.add(member->second, stop)) break;
+    if (fusion_.done()) fused();
+  }
+}
+
+void TeamMap::fused() {
+  const mapping::SolutionRecord& solution = *fusion_.solution();
+  fused_anew_ = true;
+  digest_ = fusion_.digest();
+  robots_in_map_ = solution.robots.size();
   std::string names;
-  for (const auto& robot : fused_->robots) names.append(" ").append(robot.robot.name());
-  log_.line("global map {:016x}: reference {}, {} links, robots{}, {} blocks, {} refused", digest_,
-            fused_->reference.name(), fused_->links_used, names, atlas_->map().used(),
-            atlas_->map().counters().blocks_refused);
+  for (const auto& robot : solution.robots) names.append(" ").append(robot.robot.name());
+  log_.line("{} map {:016x}: reference {}, {} links, robots{}, {} submaps, {} blocks, {} refused",
+            all_finished() ? "global" : "interim", digest_, solution.reference.name(), solution.links_used, names,
+            fusion_.submaps(), fusion_.map()->used(), fusion_.map()->counters().blocks_refused);
+}
+
+std::optional<mapping::SolutionRecord> TeamMap::solution() const {
+  return fusion_.done() ? fusion_.solution() : std::nullopt;
 }
 
 void TeamMap::observe(Instant now) {
   if (fused_anew_) fused_at_ = now;
   fused_anew_ = false;
-  if (settled_ || !fused_) return;
+  if (settled_ || stale_ || !fusion_.done()) return;
   for (const auto& [id, member] : members_)
     if (member.name.empty() || !member.complete()) return;
   const auto wanted = wanted_solution();
-  if (!wanted || !equal(wanted, fused_) || fused_submaps_ != submaps_in(*fused_)) return;
-  settled_ = true;
+  settled_ = wanted && equal(wanted, fusion_.solution()) && fusion_.submaps() == submaps_in(*wanted);
 }
 
 TeamView TeamMap::view() const {
@@ -270,10 +286,8 @@ TeamView TeamMap::view() const {
   for (const auto& [id, member] : members_) view.robots_finished += member.finished ? 1 : 0;
   view.settled = settled_;
   if (settled_) view.merge = std::max(Duration::zero(), fused_at_ - all_finished_at_);
-  if (fused_) {
-    view.robots_in_map = fused_->robots.size();
-    view.digest = digest_;
-  }
+  view.robots_in_map = robots_in_map_;
+  view.digest = digest_;
   return view;
 }
 

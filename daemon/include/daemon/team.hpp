@@ -18,7 +18,7 @@ class Team {
   Team& operator=(const Team&) = delete;
 
   void start();
-  void stop();                                              // after the piece of work that is being done
+  void stop();                                              // within two seconds, whatever is being done
   void apply(std::shared_ptr<const comms::Record> record);  // from the radio; the store bounds how much can wait
   TeamView view() const;
   const TeamMap& map() const { return map_; }  // after stop()

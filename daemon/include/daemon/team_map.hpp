@@ -1,16 +1,15 @@
 #pragma once
+#include <functional>
 #include <map>
-#include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
-#include "comms/record.hpp"
 #include "daemon/log.hpp"
+#include "daemon/map_fusion.hpp"
 #include "daemon/outgoing.hpp"
-#include "mapping/team/atlas.hpp"
-#include "mapping/team/records.hpp"
+#include "daemon/pair_schedule.hpp"
+#include "daemon/team_member.hpp"
 #include "mapping/team/verify.hpp"
 
 namespace onemap::daemon {
@@ -18,86 +17,91 @@ namespace onemap::daemon {
 struct TeamMapConfig {
   mapping::AtlasConfig atlas;
   mapping::VerifyConfig verify;
+  Duration merge_while_mapping{};  // at most so often while robots map; zero: only when all have finished
 };
 
 // Where the team stands, as this robot knows it.
 struct TeamView {
   std::uint64_t robots_known = 0, robots_finished = 0, robots_in_map = 0;
   bool settled = false;      // all known robots' records are here, verified, solved, and fused
-  std::uint64_t digest = 0;  // of the global map; 0: none yet
+  std::uint64_t digest = 0;  // of the last global map; 0: none yet
   Duration merge{};          // from the last robot's Finished record to the global map
 };
 
-// One robot of the team by its records. Keyframes and submaps stay encoded; they are decoded while they are worked on.
-struct TeamMember {
-  std::uint64_t incarnation = 0;  // of the life that these records are from: the newest one heard of
-  std::string name, camera;
-  std::optional<mapping::FinishedRecord> finished;
-  std::vector<std::shared_ptr<const comms::Record>> keyframes, submaps;
-  std::vector<mapping::StampedPose> poses;
-  std::vector<mapping::QuantizedPose> keyframe_poses;
-  std::optional<mapping::SolutionRecord> solution;  // the last one that it published
-
-  bool keyframes_complete() const { return finished && keyframes.size() >= finished->keyframes; }
-  bool complete() const {
-    return keyframes_complete() && submaps.size() >= finished->submaps && poses.size() >= finished->tracked;
-  }
+// Records that could not be used, of one kind.
+struct RefusedRecords {
+  std::uint64_t count = 0;
+  std::string last_reason;
 };
 
 // The team's map from everybody's records (the paper, section 4). Which robot does what follows from the records alone:
 // of each pair the lower id verifies, the lowest id of all decides (publishes the Solution), and everyone fuses the
-// Solution of the lowest id that published one. Used by one thread.
+// Solution of the lowest id that published one. What is concluded while robots still map is replaced by what is
+// concluded from all records, so in the end equal record sets give equal maps. Used by one thread.
 class TeamMap {
  public:
+  using Stop = std::function<bool()>;
   TeamMap(const RobotId& self, const TeamMapConfig& config, Publish publish, Log& log);
 
   // A record that comms applied: any robot's, this one's too; each log in order.
   void apply(const std::shared_ptr<const comms::Record>& record, Instant now);
-  // Does the next piece of work that the records allow; false when there is none. Pieces take up to seconds.
-  bool step();
+  // Does the next piece of work that the records allow; false when there is none. Pieces take up to seconds; they end
+  // early, with nothing done, when stop() says true.
+  bool step(
+      Instant now, const Stop& stop = [] { return false; });
   // After a step: looks whether the map became settled.
   void observe(Instant now);
+  // At the end: finishes the map that was being built, from the records that there are, unless stop() says true before.
+  void finish_fusion(const Stop& stop);
 
   TeamView view() const;
   const std::map<RobotId, TeamMember>& members() const { return members_; }
-  const std::optional<mapping::SolutionRecord>& solution() const { return fused_; }  // of the global map
-  const mapping::VoxelMap* map() const { return fused_ ? &atlas_->map() : nullptr; }
-  std::uint64_t refused_records() const { return refused_; }
+  // Of the global map; nothing while it is being built.
+  std::optional<mapping::SolutionRecord> solution() const;
+  const mapping::VoxelMap* map() const { return fusion_.map(); }
+  std::vector<mapping::LinkRecord> links() const;                                      // that count, sorted by pair
+  const std::map<std::uint16_t, RefusedRecords>& refused() const { return refused_; }  // by kind
 
  private:
   using Pair = std::pair<RobotId, RobotId>;
   TeamMember* member_of(const comms::LogId& log);  // nullptr: of an earlier life
-  Status decode_into(TeamMember& member, const std::shared_ptr<const comms::Record>& record);
-  Status add_link(const RobotId& author, std::span<const std::uint8_t> body);
-  bool verify_next_pair();
+  Status take(TeamMember& member, const std::shared_ptr<const comms::Record>& record);
+  Status take_link(const RobotId& author, std::span<const std::uint8_t> body);
+  void log_member(const RobotId& id, const TeamMember& member, std::uint16_t kind) const;
+  void log_link(const mapping::LinkRecord& link) const;
+  bool verify_next_pair(Instant now, const Stop& stop);
+  bool verify(const RobotId& other, Instant now, const Stop& stop);
   bool decide();
-  bool fuse();
+  bool fuse(Instant now, const Stop& stop);
+  bool may_begin(const mapping::SolutionRecord& solution, Instant now) const;
+  void fused();
   std::vector<RobotId> robots() const;  // with a Hello record
   bool all_finished() const;
-  bool all_linked() const;
+  const mapping::LinkRecord* link_of(const RobotId& a, const RobotId& b) const;  // of their present lives
+  bool all_linked() const;                                                       // from all keyframes
   const mapping::SolutionRecord* current_solution() const;
-  std::optional<mapping::SolutionRecord> wanted_solution() const;
+  std::optional<mapping::SolutionRecord> wanted_solution() const;  // from all records
+  std::optional<mapping::SolutionRecord> interim_solution() const;
   std::size_t submaps_in(const mapping::SolutionRecord& solution) const;
-  void log_fused() const;
 
   const RobotId self_;
   const TeamMapConfig config_;
   Publish publish_;
   Log& log_;
   std::map<RobotId, TeamMember> members_;
-  std::map<Pair, mapping::LinkRecord> links_;
-  std::set<Pair> verified_;  // by this robot
+  std::map<Pair, mapping::LinkRecord> links_;  // the last one of each pair
+  PairSchedule schedule_;
   std::optional<mapping::SolutionRecord> published_;
-  std::unique_ptr<mapping::Atlas> atlas_;  // made for the first solution
-  std::optional<mapping::SolutionRecord> fused_;
-  std::size_t fused_submaps_ = 0;
+  MapFusion fusion_;
+  bool stale_ = false;               // a robot in the map started anew
+  Instant next_interim_fusion_{};    // not before
+  std::uint64_t robots_in_map_ = 0;  // of the last map
+  std::uint64_t digest_ = 0;
   bool all_finished_seen_ = false;
-  Instant all_finished_at_{};
-  Instant fused_at_{};
+  Instant all_finished_at_{}, fused_at_{};
   bool fused_anew_ = false;  // since the last observe()
   bool settled_ = false;
-  std::uint64_t digest_ = 0;
-  std::uint64_t refused_ = 0;
+  std::map<std::uint16_t, RefusedRecords> refused_;
 };
 
 }  // namespace onemap::daemon

@@ -56,6 +56,7 @@ VoxelMap::VoxelMap(const VoxelMapConfig& config)
   keys_.reserve(capacity_blocks_);
   seen_.reserve(capacity_blocks_);
   voxels_.resize(capacity_blocks_ * kBlockVoxels);
+  if (config.resident) std::fill(voxels_.begin(), voxels_.end(), Voxel{});
   slots_.assign(slots_for(capacity_blocks_), -1);
 }
 

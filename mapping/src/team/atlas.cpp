@@ -16,8 +16,10 @@ bool same_source(const AtlasBlock& a, const AtlasBlock& b) {
   return a.robot == b.robot && a.voxel_um == b.voxel_um && a.truncation_um == b.truncation_um;
 }
 
-VoxelMapConfig without_images(VoxelMapConfig config) {
+// No frames are fused here, and a small team's map leaves most of the budget to others.
+VoxelMapConfig for_atlas(VoxelMapConfig config) {
   config.image_pixels = 0;
+  config.resident = false;
   return config;
 }
 
@@ -37,8 +39,18 @@ std::vector<AtlasBlock> latest_blocks(std::span<const Atlas::Submap> submaps) {
   return out;
 }
 
+void LatestSubmaps::add_older(std::uint32_t sequence, SubmapRecord record) {
+  std::erase_if(record.blocks, [&](const SubmapBlock& block) {
+    return !seen_.insert({record.voxel_um, record.truncation_um, block.key}).second;
+  });
+  if (record.blocks.empty()) return;
+  record.blocks.shrink_to_fit();
+  records_.push_back(std::move(record));
+  submaps_.push_back({robot_, sequence, &records_.back()});
+}
+
 struct Atlas::Impl {
-  explicit Impl(const AtlasConfig& config) : map(without_images(config.map)) {}
+  explicit Impl(const AtlasConfig& config) : map(for_atlas(config.map)) {}
   VoxelMap map;
   SolutionRecord solution;
   AtlasCounters counters;
@@ -46,29 +58,39 @@ struct Atlas::Impl {
 
 Atlas::Atlas(const AtlasConfig& config) : impl_(std::make_shared<Impl>(config)) {}
 
-void Atlas::rebuild(const SolutionRecord& solution, std::span<const Submap> submaps) {
+void Atlas::begin(const SolutionRecord& solution) {
   impl_->solution = solution;
   impl_->counters = {};
   impl_->map.clear();
-  std::vector<Submap> placed;
-  const auto pose_of = [&](const RobotId& robot) {
-    const auto at = std::lower_bound(solution.robots.begin(), solution.robots.end(), robot,
-                                     [](const SolvedRobot& s, const RobotId& id) { return s.robot < id; });
-    return at != solution.robots.end() && at->robot == robot ? &at->T_global_robot : nullptr;
-  };
-  std::copy_if(submaps.begin(), submaps.end(), std::back_inserter(placed),
-               [&](const Submap& s) { return pose_of(s.robot) != nullptr; });
-  const std::vector<AtlasBlock> blocks = latest_blocks(placed);
-  impl_->counters.blocks = blocks.size();
+}
+
+void Atlas::add(const RobotId& robot, std::span<const Submap> submaps) {
+  const auto& robots = impl_->solution.robots;
+  const auto at = std::find_if(robots.begin(), robots.end(), [&](const SolvedRobot& s) { return s.robot == robot; });
+  if (at == robots.end()) return;
+  const std::vector<AtlasBlock> blocks = latest_blocks(submaps);
+  AtlasCounters& counters = impl_->counters;
+  counters.blocks += blocks.size();
+  if (!blocks.empty()) ++counters.robots;
   const std::int64_t global_um = impl_->map.config().voxel_um();
   for (auto first = blocks.begin(); first != blocks.end();) {
     const auto last =
         std::find_if_not(first, blocks.end(), [&](const AtlasBlock& b) { return same_source(b, *first); });
-    if (first == blocks.begin() || std::prev(first)->robot != first->robot) ++impl_->counters.robots;
     if (first->voxel_um > kLargestRatio * global_um || kLargestRatio * first->voxel_um < global_um)
-      impl_->counters.blocks_left_out += static_cast<std::uint64_t>(last - first);
+      counters.blocks_left_out += static_cast<std::uint64_t>(last - first);
     else
-      fuse_robot({first, last}, *pose_of(first->robot), impl_->map);
+      fuse_robot({first, last}, at->T_global_robot, impl_->map);
+    first = last;
+  }
+}
+
+void Atlas::rebuild(const SolutionRecord& solution, std::span<const Submap> submaps) {
+  begin(solution);
+  std::vector<Submap> sorted(submaps.begin(), submaps.end());
+  std::stable_sort(sorted.begin(), sorted.end(), [](const Submap& a, const Submap& b) { return a.robot < b.robot; });
+  for (auto first = sorted.begin(); first != sorted.end();) {
+    const auto last = std::find_if_not(first, sorted.end(), [&](const Submap& s) { return s.robot == first->robot; });
+    add(first->robot, {first, last});
     first = last;
   }
 }

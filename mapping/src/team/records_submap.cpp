@@ -171,6 +171,7 @@ std::vector<std::uint8_t> encode(const SubmapRecord& record) {
   const std::size_t size =
       ZSTD_compress(&body[header], body.size() - header, content.data(), content.size(), kZstdLevel);
   body.resize(header + size);  // the bound was kept, so compression cannot have failed
+  body.shrink_to_fit();        // the body is kept for the team's whole life, and the bound is many times its size
   return body;
 }
 

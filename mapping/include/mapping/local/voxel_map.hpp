@@ -10,6 +10,7 @@
 #include "mapping/geometry.hpp"
 #include "mapping/local/pinhole_view.hpp"
 #include "mapping/local/point_cloud.hpp"
+#include "mapping/local/zeroed_allocator.hpp"
 
 namespace onemap::mapping {
 
@@ -79,6 +80,9 @@ struct VoxelMapConfig {
   std::size_t budget_bytes = 48u << 20;  // everything the map ever owns, taken in the constructor
   float max_depth_m = 4.0f;              // farther readings are not fused (noise grows with the square)
   std::size_t image_pixels = 640 * 480;  // images to be fused have at most so many; 0 for a map that fuses none
+  // true: every page of the budget is the map's from the start, so integrate() never waits for one; false: the budget
+  // is only reserved, and the system gives pages as blocks come (for maps off the frame path).
+  bool resident = true;
 
   std::int32_t voxel_um() const { return static_cast<std::int32_t>(std::lround(static_cast<double>(voxel_m) * 1e6)); }
   std::int32_t truncation_um() const {
@@ -148,12 +152,12 @@ class VoxelMap {
   std::size_t capacity_blocks_ = 0;
   VoxelMapCounters counters_;
   PinholeView view_;
-  std::vector<std::uint64_t> touched_;  // per block: number of the integration that last touched it
-  std::vector<std::uint8_t> changed_;   // per block: 1 = not handed out since its last change
-  std::vector<BlockKey> keys_;          // key of each used block, in order of arrival
-  std::vector<std::int32_t> seen_;      // blocks touched by the frame being fused
-  std::vector<Voxel> voxels_;           // pool: capacity * kBlockVoxels
-  std::vector<std::int32_t> slots_;     // hash table -> block index, -1 empty; size a power of two
+  std::vector<std::uint64_t> touched_;                 // per block: number of the integration that last touched it
+  std::vector<std::uint8_t> changed_;                  // per block: 1 = not handed out since its last change
+  std::vector<BlockKey> keys_;                         // key of each used block, in order of arrival
+  std::vector<std::int32_t> seen_;                     // blocks touched by the frame being fused
+  std::vector<Voxel, ZeroedAllocator<Voxel>> voxels_;  // pool: capacity * kBlockVoxels
+  std::vector<std::int32_t> slots_;                    // hash table -> block index, -1 empty; size a power of two
 };
 
 }  // namespace onemap::mapping

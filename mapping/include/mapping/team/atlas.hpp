@@ -1,7 +1,10 @@
 #pragma once
 #include <cstdint>
+#include <deque>
 #include <memory>
+#include <set>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "mapping/mesh.hpp"
@@ -37,6 +40,10 @@ class Atlas {
   // again (a later sequence) replaces its earlier version. The order of the submaps does not matter. The records must
   // have passed decode_submap() (or come from make_submap()) and live until the call returns.
   void rebuild(const SolutionRecord& solution, std::span<const Submap> submaps);
+  // The same in pieces, so that only one robot's submaps need to be decoded at a time: begin() empties the map, then
+  // add() each robot of the solution in its order, once, with all its submaps (they may go when it returns).
+  void begin(const SolutionRecord& solution);
+  void add(const RobotId& robot, std::span<const Submap> submaps);
   const VoxelMap& map() const;
   const AtlasCounters& counters() const;
   std::uint64_t digest() const;  // of the map and the solution
@@ -44,6 +51,21 @@ class Atlas {
  private:
   struct Impl;
   std::shared_ptr<Impl> impl_;
+};
+
+// One robot's submaps with only those blocks that count: what was published again later is dropped as it comes, so
+// memory grows with the map and not with how often it was published.
+class LatestSubmaps {
+ public:
+  explicit LatestSubmaps(const RobotId& robot) : robot_(robot) {}
+  void add_older(std::uint32_t sequence, SubmapRecord record);  // in falling order of sequence
+  std::span<const Atlas::Submap> submaps() const { return submaps_; }
+
+ private:
+  const RobotId robot_;
+  std::set<std::tuple<std::int32_t, std::int32_t, BlockKey>> seen_;  // voxel size, truncation, block
+  std::deque<SubmapRecord> records_;                                 // a deque: submaps_ points into it
+  std::vector<Atlas::Submap> submaps_;
 };
 
 // One robot's block in the version that counts.

@@ -98,9 +98,11 @@ enum class LinkReason : std::uint8_t {
 };
 
 // A verified (or refused) relation of two robots' maps: the paper's quality ratio and eq. (11).
-struct LinkRecord {                              // lane poses
-  RobotId a, b;                                  // a < b
-  std::uint32_t keyframe_a = 0, keyframe_b = 0;  // the best pair of clouds r, s
+struct LinkRecord {                                // lane poses
+  RobotId a, b;                                    // a < b
+  std::uint64_t incarnation_b = 0;                 // whose records of b these were; a's is that of the record's log
+  std::uint32_t keyframes_a = 0, keyframes_b = 0;  // so many keyframes of each were looked at
+  std::uint32_t keyframe_a = 0, keyframe_b = 0;    // the best pair of clouds r, s
   LinkReason reason = LinkReason::accepted;
   std::uint32_t supporting_pairs = 0;  // pairs of clouds that agree with the transform
   std::uint32_t inliers = 0;           // matched features that agree, over all supporting pairs

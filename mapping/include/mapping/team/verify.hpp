@@ -1,4 +1,6 @@
 #pragma once
+#include <functional>
+#include <optional>
 #include <span>
 
 #include "mapping/team/records.hpp"
@@ -25,8 +27,20 @@ struct PairResult {
 };
 PairResult verify_pair(const KeyframeRecord& r, const KeyframeRecord& s, const VerifyConfig& config);
 
+// One robot's keyframes, each decoded only while it is looked at: load(i) for i < count gives the same record every
+// time.
+struct KeyframeSource {
+  RobotId robot;
+  std::size_t count = 0;
+  std::function<KeyframeRecord(std::size_t)> load;
+};
+
 // All pairs of two robots' keyframes, and from the pairs that agree one transform T_a_b (eq. 9-11). reason says why
-// not.
+// not. Robot a's id is the lower; incarnation_b is the caller's to write. Asks stop() between pairs of clouds and gives up without a result when it says true.
+std::optional<LinkRecord> verify_robots(const KeyframeSource& a, const KeyframeSource& b, const VerifyConfig& config,
+                                        const std::function<bool()>& stop);
+
+// The same from records at hand, to the end.
 LinkRecord verify_robots(const RobotId& a, std::span<const KeyframeRecord> keyframes_a, const RobotId& b,
                          std::span<const KeyframeRecord> keyframes_b, const VerifyConfig& config);
 
