@@ -27,6 +27,7 @@ void store_grid(const OrganizedCloud& cloud, MapKeyframe& keyframe) {
   keyframe.grid_fy = static_cast<double>(cloud.fy);
   keyframe.grid_cx = static_cast<double>(cloud.cx);
   keyframe.grid_cy = static_cast<double>(cloud.cy);
+  keyframe.grid_depth.resize(cloud.points.size());
   for (std::size_t i = 0; i < keyframe.grid_depth.size(); ++i) {
     const double z = static_cast<double>(cloud.points[i].z());
     keyframe.grid_depth[i] = z > 0 && z <= static_cast<double>(kMaxDepth_m)

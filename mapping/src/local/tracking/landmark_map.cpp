@@ -9,20 +9,26 @@
 namespace onemap::mapping {
 
 LandmarkMap::LandmarkMap(std::size_t max_keyframes, std::size_t max_landmarks, std::size_t max_features)
-    : keyframes_(max_keyframes), landmarks_(max_landmarks) {
+    : keyframes_(max_keyframes) {
   for (MapKeyframe& k : keyframes_) {
     k.features.reserve(max_features);
-    k.grid_depth.assign(static_cast<std::size_t>(kGridWidth) * kGridHeight, 0);
+    k.grid_depth.reserve(static_cast<std::size_t>(kGridWidth) * kGridHeight);
   }
+  landmarks_.reserve(max_landmarks);
   free_.reserve(max_landmarks);
-  for (std::size_t i = max_landmarks; i > 0; --i) free_.push_back(static_cast<std::int32_t>(i - 1));
 }
 
 std::int32_t LandmarkMap::add_landmark() {
-  if (free_.empty()) return -1;
-  const std::int32_t id = free_.back();
-  free_.pop_back();
-  landmark(id) = Landmark{};
+  std::int32_t id = -1;
+  if (!free_.empty()) {
+    id = free_.back();
+    free_.pop_back();
+    landmark(id) = Landmark{};
+  } else {
+    if (landmarks_.size() == landmarks_.capacity()) return -1;
+    id = static_cast<std::int32_t>(landmarks_.size());
+    landmarks_.emplace_back();
+  }
   landmark(id).used = true;
   return id;
 }
@@ -66,7 +72,7 @@ std::size_t LandmarkMap::take_keyframe_slot(std::span<const std::size_t> keep) {
 }
 
 void LandmarkMap::make_room(std::size_t landmarks, std::span<const std::size_t> keep) {
-  while (free_.size() < landmarks) {
+  while (free_.size() + landmarks_.capacity() - landmarks_.size() < landmarks) {
     const std::size_t slot = least_useful(keep);
     if (slot == keyframes_.size()) return;
     evict(slot);
@@ -96,10 +102,10 @@ std::size_t LandmarkMap::covisible(std::uint32_t mark, int min_shared, std::span
 }
 
 std::size_t LandmarkMap::bytes() const {
-  std::size_t total = landmarks_.size() * sizeof(Landmark) + free_.capacity() * sizeof(std::int32_t);
+  std::size_t total = landmarks_.capacity() * sizeof(Landmark) + free_.capacity() * sizeof(std::int32_t);
   for (const MapKeyframe& k : keyframes_) {
     const std::size_t features = k.features.ray.capacity();
-    total += sizeof(MapKeyframe) + k.grid_depth.size() * 2;
+    total += sizeof(MapKeyframe) + k.grid_depth.capacity() * 2;
     total += features *
              (sizeof(Keypoint) + sizeof(Descriptor) + sizeof(Eigen::Vector2d) + sizeof(double) + sizeof(std::int32_t));
   }
