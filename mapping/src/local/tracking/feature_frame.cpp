@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace onemap::mapping {
 
@@ -16,8 +17,8 @@ namespace {
 
 // The median of the valid readings in the 3x3 neighbourhood, if they agree: a feature on a depth edge has no one depth.
 double depth_at(std::span<const std::uint16_t> depth, int width, int height, double u, double v, double scale) {
-  const int x = std::clamp(static_cast<int>(u + 0.5), 1, width - 2),
-            y = std::clamp(static_cast<int>(v + 0.5), 1, height - 2);
+  const int x = std::clamp(static_cast<int>(std::lround(u)), 1, width - 2),
+            y = std::clamp(static_cast<int>(std::lround(v)), 1, height - 2);
   std::array<std::uint16_t, 9> near{};
   std::size_t n = 0;
   for (int dy = -1; dy <= 1; ++dy)
