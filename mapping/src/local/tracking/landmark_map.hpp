@@ -32,7 +32,8 @@ struct MapKeyframe {
 
 inline constexpr int kGridWidth = 160, kGridHeight = 120;
 
-// Keyframes and landmarks in pools of fixed size, whose memory is taken in the constructor. Slots are reused; the robot's keyframe count goes on.
+// Keyframes and landmarks in pools of fixed size, whose memory is taken in the constructor. Slots are reused; the
+// robot's keyframe count goes on.
 class LandmarkMap {
  public:
   LandmarkMap(std::size_t max_keyframes, std::size_t max_landmarks, std::size_t max_features);
