@@ -38,7 +38,7 @@ const char* words(mapping::LinkReason reason) {
 // Keyframes decode, for members keep only those.
 mapping::KeyframeSource keyframes_of(const RobotId& robot, const TeamMember& member) {
   return {robot, member.keyframes.size(),
-          [&member](std::size_t i) { return std::move(*mapping::decode_keyframe(member.keyframes[i]->body)); }};
+          [&member](std::size_t i) { return mapping::decode_keyframe(member.keyframes[i]->body).value(); }};
 }
 
 }  // namespace
