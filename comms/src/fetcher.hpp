@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "comms/counters.hpp"
-#include "comms/record.hpp"
+#include "comms/log_store.hpp"
 #include "comms/wire.hpp"
 #include "hal/base/time.hpp"
 #include "link.hpp"

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "comms/endpoint.hpp"
-#include "comms/record.hpp"
 #include "comms/wire.hpp"
+#include "hal/base/record.hpp"
 #include "hal/base/time.hpp"
 #include "serve_queue.hpp"
 

@@ -4,8 +4,8 @@
 #include <deque>
 #include <memory>
 
-#include "comms/record.hpp"
 #include "comms/wire.hpp"
+#include "hal/base/record.hpp"
 
 namespace onemap::comms {
 

@@ -3,6 +3,7 @@
 #include "daemon/cameras.hpp"
 #include "daemon/clock.hpp"
 #include "mapping/local/surface.hpp"
+#include "mapping/records/hello.hpp"
 
 namespace onemap::daemon {
 

@@ -7,6 +7,8 @@
 #include <functional>
 #include <utility>
 
+#include "hal/base/ids.hpp"
+
 namespace onemap::daemon {
 
 namespace {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "daemon/clock.hpp"
+#include "mapping/records/finished.hpp"
 #include "mapping/team/atlas.hpp"
 
 namespace onemap::daemon {

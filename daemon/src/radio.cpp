@@ -95,7 +95,7 @@ void Radio::turn() {
   if (t >= node_.next_deadline()) node_.on_timer(t);
   comms::OutgoingDatagram datagram;
   while (node_.next_outgoing(datagram)) port_->send(datagram);
-  std::shared_ptr<const comms::Record> record;
+  std::shared_ptr<const Record> record;
   while (node_.next_applied(record)) applied_(std::move(record));
   if (t - looked_ < kLookInterval) return;
   looked_ = t;

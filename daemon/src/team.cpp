@@ -25,7 +25,7 @@ void Team::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
-void Team::apply(std::shared_ptr<const comms::Record> record) {
+void Team::apply(std::shared_ptr<const Record> record) {
   {
     const std::lock_guard lock(mutex_);
     inbox_.push_back(std::move(record));
@@ -39,7 +39,7 @@ TeamView Team::view() const {
   return view_;
 }
 
-std::vector<std::shared_ptr<const comms::Record>> Team::wait_for_records() {
+std::vector<std::shared_ptr<const Record>> Team::wait_for_records() {
   std::unique_lock lock(mutex_);
   // Some work becomes due by time alone.
   wake_.wait_for(lock, kLook, [&] { return stopping_ || !inbox_.empty(); });
@@ -49,7 +49,7 @@ std::vector<std::shared_ptr<const comms::Record>> Team::wait_for_records() {
 void Team::run() {
   bool busy = false;
   while (!stopping_) {
-    std::vector<std::shared_ptr<const comms::Record>> records;
+    std::vector<std::shared_ptr<const Record>> records;
     if (busy) {
       const std::lock_guard lock(mutex_);
       records = std::exchange(inbox_, {});

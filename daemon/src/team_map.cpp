@@ -51,7 +51,7 @@ TeamMap::TeamMap(const RobotId& self, const TeamMapConfig& config, Publish publi
       schedule_(config.merge_while_mapping),
       fusion_(config.atlas) {}
 
-void TeamMap::apply(const std::shared_ptr<const comms::Record>& record, Instant now) {
+void TeamMap::apply(const std::shared_ptr<const Record>& record, Instant now) {
   TeamMember* member = member_of(record->id.log);
   if (!member) return;
   if (const Status status = take(*member, record); !status) {
@@ -70,7 +70,7 @@ void TeamMap::apply(const std::shared_ptr<const comms::Record>& record, Instant 
   settled_ = false;
 }
 
-TeamMember* TeamMap::member_of(const comms::LogId& log) {
+TeamMember* TeamMap::member_of(const LogId& log) {
   TeamMember& member = members_[log.robot];
   if (log.incarnation < member.incarnation) return nullptr;
   if (log.incarnation > member.incarnation) {
@@ -83,7 +83,7 @@ TeamMember* TeamMap::member_of(const comms::LogId& log) {
   return &member;
 }
 
-Status TeamMap::take(TeamMember& member, const std::shared_ptr<const comms::Record>& record) {
+Status TeamMap::take(TeamMember& member, const std::shared_ptr<const Record>& record) {
   if (static_cast<RecordKind>(record->kind) == RecordKind::link) return take_link(record->id.log.robot, record->body);
   Status status = member.apply(record);
   if (status) log_member(record->id.log.robot, member, record->kind);

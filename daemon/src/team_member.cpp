@@ -1,5 +1,10 @@
 #include "daemon/team_member.hpp"
 
+#include "mapping/records/hello.hpp"
+#include "mapping/records/keyframe.hpp"
+#include "mapping/records/kind.hpp"
+#include "mapping/records/submap.hpp"
+
 namespace onemap::daemon {
 
 using mapping::RecordKind;
@@ -13,7 +18,7 @@ Status keep(Result<Record> decoded, std::optional<Record>& place) {
   return success();
 }
 
-Status keep_hello(const comms::Record& record, TeamMember& member) {
+Status keep_hello(const Record& record, TeamMember& member) {
   auto hello = mapping::decode_hello(record.body);
   member.name = hello ? hello->name : record.id.log.robot.name();  // whoever greets is there, however oddly
   if (!hello) return hello.error();
@@ -21,7 +26,7 @@ Status keep_hello(const comms::Record& record, TeamMember& member) {
   return success();
 }
 
-Status keep_keyframe(const std::shared_ptr<const comms::Record>& record, TeamMember& member) {
+Status keep_keyframe(const std::shared_ptr<const Record>& record, TeamMember& member) {
   auto keyframe = mapping::decode_keyframe(record->body);
   if (!keyframe) return ++member.keyframes_refused, keyframe.error();
   member.keyframes.push_back(record);
@@ -29,14 +34,14 @@ Status keep_keyframe(const std::shared_ptr<const comms::Record>& record, TeamMem
   return success();
 }
 
-Status keep_poses(const comms::Record& record, TeamMember& member) {
+Status keep_poses(const Record& record, TeamMember& member) {
   auto batch = mapping::decode_trajectory(record.body);
   if (!batch) return member.poses_refused = true, batch.error();
   member.poses.insert(member.poses.end(), batch->poses.begin(), batch->poses.end());
   return success();
 }
 
-Status keep_submap(const std::shared_ptr<const comms::Record>& record, TeamMember& member) {
+Status keep_submap(const std::shared_ptr<const Record>& record, TeamMember& member) {
   if (auto submap = mapping::decode_submap(record->body); !submap) return ++member.submaps_refused, submap.error();
   member.submaps.push_back(record);
   return success();
@@ -44,7 +49,7 @@ Status keep_submap(const std::shared_ptr<const comms::Record>& record, TeamMembe
 
 }  // namespace
 
-Status TeamMember::apply(const std::shared_ptr<const comms::Record>& record) {
+Status TeamMember::apply(const std::shared_ptr<const Record>& record) {
   switch (static_cast<RecordKind>(record->kind)) {
     case RecordKind::hello:
       return keep_hello(*record, *this);

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "comms/frontier.hpp"
 #include "comms/memory_store.hpp"
 #include "comms/wire.hpp"
 

@@ -1,5 +1,8 @@
 // The team's map as a function of records: no threads, no sockets; what a robot publishes is put into its log by hand.
 #include "daemon/team_map.hpp"
+#include "mapping/records/finished.hpp"
+#include "mapping/records/hello.hpp"
+#include "mapping/records/kind.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,8 +19,6 @@
 namespace onemap::daemon {
 namespace {
 
-using comms::LogId;
-using comms::Record;
 using mapping::Lane;
 using mapping::RecordKind;
 using RecordPtr = std::shared_ptr<const Record>;

@@ -1,4 +1,11 @@
-#include "mapping/team/records.hpp"
+#include "mapping/records/finished.hpp"
+#include "mapping/records/hello.hpp"
+#include "mapping/records/keyframe.hpp"
+#include "mapping/records/kind.hpp"
+#include "mapping/records/link.hpp"
+#include "mapping/records/solution.hpp"
+#include "mapping/records/submap.hpp"
+#include "mapping/records/trajectory.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

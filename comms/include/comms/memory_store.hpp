@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "comms/record.hpp"
+#include "comms/log_store.hpp"
 
 namespace onemap::comms {
 

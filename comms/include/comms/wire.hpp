@@ -8,8 +8,8 @@
 
 #include "comms/counters.hpp"
 #include "comms/datagram_port.hpp"
-#include "comms/record.hpp"
 #include "comms/status.hpp"
+#include "hal/base/record.hpp"
 
 // The bytes of protocol version 1 (comms/PROTOCOL.md): a datagram is a header and a sequence of frames. A secure
 // session will replace the header and wrap the frames; the frames stay.

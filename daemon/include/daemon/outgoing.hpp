@@ -3,7 +3,7 @@
 #include <functional>
 #include <vector>
 
-#include "mapping/team/records.hpp"
+#include "mapping/records/kind.hpp"
 
 namespace onemap::daemon {
 

@@ -4,7 +4,7 @@
 
 #include "hal/base/result.hpp"
 #include "mapping/local/voxel_map.hpp"
-#include "mapping/team/records.hpp"
+#include "mapping/records/trajectory.hpp"
 #include "render/scene.hpp"
 
 namespace onemap::daemon {

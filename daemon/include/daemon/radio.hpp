@@ -28,7 +28,7 @@ struct RadioView {
 // The radio thread: the protocol's node on a UDP socket. Others hand it records and this robot's status.
 class Radio {
  public:
-  using Applied = std::function<void(std::shared_ptr<const comms::Record>)>;
+  using Applied = std::function<void(std::shared_ptr<const Record>)>;
   static Result<std::unique_ptr<Radio>> open(const Config& config, Applied applied, Log& log);
   ~Radio();
   Radio(const Radio&) = delete;

@@ -18,18 +18,18 @@ class Team {
   Team& operator=(const Team&) = delete;
 
   void start();
-  void stop();                                              // within two seconds, whatever is being done
-  void apply(std::shared_ptr<const comms::Record> record);  // from the radio; the store bounds how much can wait
+  void stop();                                       // within two seconds, whatever is being done
+  void apply(std::shared_ptr<const Record> record);  // from the radio; the store bounds how much can wait
   TeamView view() const;
   const TeamMap& map() const { return map_; }  // after stop()
 
  private:
   void run();
-  std::vector<std::shared_ptr<const comms::Record>> wait_for_records();
+  std::vector<std::shared_ptr<const Record>> wait_for_records();
   TeamMap map_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
-  std::vector<std::shared_ptr<const comms::Record>> inbox_;
+  std::vector<std::shared_ptr<const Record>> inbox_;
   TeamView view_;
   std::atomic<bool> stopping_ = false;
   std::thread thread_;

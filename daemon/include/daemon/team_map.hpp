@@ -44,7 +44,7 @@ class TeamMap {
   TeamMap(const RobotId& self, const TeamMapConfig& config, Publish publish, Log& log);
 
   // A record that comms applied: any robot's, this one's too; each log in order.
-  void apply(const std::shared_ptr<const comms::Record>& record, Instant now);
+  void apply(const std::shared_ptr<const Record>& record, Instant now);
   // Does the next piece of work that the records allow; false when there is none. Pieces take up to seconds; they end
   // early, with nothing done, when stop() says true.
   bool step(
@@ -64,8 +64,8 @@ class TeamMap {
 
  private:
   using Pair = std::pair<RobotId, RobotId>;
-  TeamMember* member_of(const comms::LogId& log);  // nullptr: of an earlier life
-  Status take(TeamMember& member, const std::shared_ptr<const comms::Record>& record);
+  TeamMember* member_of(const LogId& log);  // nullptr: of an earlier life
+  Status take(TeamMember& member, const std::shared_ptr<const Record>& record);
   Status take_link(const RobotId& author, std::span<const std::uint8_t> body);
   void log_member(const RobotId& id, const TeamMember& member, std::uint16_t kind) const;
   void log_link(const mapping::LinkRecord& link) const;

@@ -4,8 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "comms/record.hpp"
-#include "mapping/team/records.hpp"
+#include "hal/base/record.hpp"
+#include "mapping/records/finished.hpp"
+#include "mapping/records/solution.hpp"
+#include "mapping/records/trajectory.hpp"
 
 namespace onemap::daemon {
 
@@ -15,7 +17,7 @@ struct TeamMember {
   std::uint64_t incarnation = 0;  // of the life that these records are from: the newest one heard of
   std::string name, camera;       // no name: no Hello yet
   std::optional<mapping::FinishedRecord> finished;
-  std::vector<std::shared_ptr<const comms::Record>> keyframes, submaps;  // those that decode, in order of their log
+  std::vector<std::shared_ptr<const Record>> keyframes, submaps;  // those that decode, in order of their log
   std::size_t keyframes_refused = 0, submaps_refused = 0;  // malformed ones count for completeness, and nothing else
   bool poses_refused = false;                              // some are missing for good
   std::vector<mapping::StampedPose> poses;
@@ -23,7 +25,7 @@ struct TeamMember {
   std::optional<mapping::SolutionRecord> solution;  // the last one that it published
 
   // Takes a record of this robot, but for links, which are the team's. The error says what is malformed.
-  Status apply(const std::shared_ptr<const comms::Record>& record);
+  Status apply(const std::shared_ptr<const Record>& record);
 
   bool keyframes_complete() const { return finished && keyframes.size() + keyframes_refused >= finished->keyframes; }
   bool complete() const {

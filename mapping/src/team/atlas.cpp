@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "hal/base/bytes.hpp"
+
 namespace onemap::mapping {
 namespace {
 

@@ -28,6 +28,13 @@ struct RobotId {
       id.bytes[i] = static_cast<std::uint8_t>(name[i]);
     return id;
   }
+  // A valid name, then zeros to the end: what bytes from outside must be before anything is done with them.
+  bool valid() const {
+    const std::string text = name();
+    for (std::size_t i = text.size(); i < bytes.size(); ++i)
+      if (bytes[i] != 0) return false;
+    return valid_name(text);
+  }
   std::string name() const {
     std::string text;
     for (auto b : bytes) {

@@ -9,7 +9,8 @@
 #include "hal/frame.hpp"
 #include "mapping/local/features.hpp"
 #include "mapping/local/voxel_map.hpp"
-#include "mapping/team/records.hpp"
+#include "mapping/records/keyframe.hpp"
+#include "mapping/records/trajectory.hpp"
 
 namespace onemap::mapping {
 

@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "mapping/mesh.hpp"
-#include "mapping/team/records.hpp"
+#include "mapping/records/solution.hpp"
+#include "mapping/records/submap.hpp"
 
 namespace onemap::mapping {
 

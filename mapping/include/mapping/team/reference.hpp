@@ -1,7 +1,8 @@
 #pragma once
 #include <span>
 
-#include "mapping/team/records.hpp"
+#include "mapping/records/link.hpp"
+#include "mapping/records/solution.hpp"
 
 namespace onemap::mapping {
 

@@ -3,7 +3,8 @@
 #include <optional>
 #include <span>
 
-#include "mapping/team/records.hpp"
+#include "mapping/records/keyframe.hpp"
+#include "mapping/records/link.hpp"
 
 namespace onemap::mapping {
 

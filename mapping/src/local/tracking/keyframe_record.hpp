@@ -1,6 +1,6 @@
 #pragma once
 #include "landmark_map.hpp"
-#include "mapping/team/records.hpp"
+#include "mapping/records/keyframe.hpp"
 
 namespace onemap::mapping {
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "landmark_map.hpp"
-#include "mapping/team/records.hpp"
+#include "mapping/records/trajectory.hpp"
 
 namespace onemap::mapping {
 

@@ -3,13 +3,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <memory>
-#include <span>
 #include <vector>
 
 #include "hal/base/ids.hpp"
 
-namespace onemap::comms {
+// The envelope of a record: what carries it (comms) and what reads it (mapping) both know, and nothing more.
+namespace onemap {
 
 // Lanes 0..4: control, poses, features, voxels, imagery. A lower lane is always asked for and served first.
 inline constexpr std::uint8_t kLaneCount = 5;
@@ -32,7 +31,7 @@ struct RecordId {
   auto operator<=>(const RecordId&) const = default;
 };
 
-// An immutable record. The body is opaque to comms.
+// An immutable record. Who carries it does not look into the body.
 struct Record {
   RecordId id;
   std::uint16_t kind = 0;
@@ -42,19 +41,4 @@ struct Record {
 // How many records of each log are held without a gap: the frontier of a record set.
 using VersionVector = std::map<LogId, std::uint32_t>;
 
-// 64-bit digest of a version vector, equal on equal vectors: the sum over all logs that are not empty of entry_digest,
-// modulo 2^64, so that it can be kept up to date entry by entry.
-std::uint64_t entry_digest(const LogId& log, std::uint32_t count);  // 0 when count is 0
-std::uint64_t digest(const VersionVector& frontier);
-
-// Where records are kept. Append in order of sequence; a record is never changed.
-class LogStore {
- public:
-  virtual ~LogStore() = default;
-  virtual bool append(Record record) = 0;  // false: not the next of its log, or no room
-  virtual std::shared_ptr<const Record> find(const RecordId& id) const = 0;
-  virtual const VersionVector& frontier() const = 0;
-  virtual std::size_t bytes() const = 0;
-};
-
-}  // namespace onemap::comms
+}  // namespace onemap

@@ -1,7 +1,7 @@
 #include <algorithm>
 
-#include "mapping/team/records.hpp"
-#include "team/field_reader.hpp"
+#include "mapping/records/keyframe.hpp"
+#include "records/field_reader.hpp"
 
 namespace onemap::mapping {
 namespace {

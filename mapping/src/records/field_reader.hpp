@@ -59,6 +59,8 @@ class FieldReader {
   Error error_;
 };
 
+inline constexpr std::size_t kPoseBytes = 28;  // of an encoded QuantizedPose
+
 void put(ByteWriter& out, const RobotId& robot);
 void put(ByteWriter& out, const QuantizedPose& pose);
 void put(ByteWriter& out, FrameTime time);

@@ -9,8 +9,8 @@
 #include <algorithm>
 #include <bit>
 
-#include "mapping/team/records.hpp"
-#include "team/field_reader.hpp"
+#include "mapping/records/submap.hpp"
+#include "records/field_reader.hpp"
 
 namespace onemap::mapping {
 namespace {

@@ -1,4 +1,4 @@
-#include "comms/record.hpp"
+#include "comms/frontier.hpp"
 
 #include <xxhash.h>
 

@@ -1,4 +1,4 @@
-#include "team/field_reader.hpp"
+#include "records/field_reader.hpp"
 
 #include <algorithm>
 

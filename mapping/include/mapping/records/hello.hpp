@@ -1,0 +1,19 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hal/base/result.hpp"
+
+namespace onemap::mapping {
+
+struct HelloRecord {   // lane control, first record of a robot
+  std::string name;    // 1..16 characters
+  std::string camera;  // 0..200 bytes without control characters, for people
+};
+
+std::vector<std::uint8_t> encode(const HelloRecord& record);
+Result<HelloRecord> decode_hello(std::span<const std::uint8_t> body);
+
+}  // namespace onemap::mapping

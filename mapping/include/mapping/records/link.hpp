@@ -1,0 +1,39 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "hal/base/ids.hpp"
+#include "hal/base/result.hpp"
+#include "mapping/geometry.hpp"
+
+namespace onemap::mapping {
+
+enum class LinkReason : std::uint8_t {
+  accepted = 0,
+  too_few_matches,
+  fundamental_failed,
+  depth_incoherent,
+  ransac_failed,
+  icp_failed,
+  inconsistent
+};
+
+// A verified (or refused) relation of two robots' maps: the paper's quality ratio and eq. (11).
+struct LinkRecord {                                // lane poses
+  RobotId a, b;                                    // a < b
+  std::uint64_t incarnation_b = 0;                 // whose records of b these were; a's is that of the record's log
+  std::uint32_t keyframes_a = 0, keyframes_b = 0;  // so many keyframes of each were looked at
+  std::uint32_t keyframe_a = 0, keyframe_b = 0;    // the best pair of clouds r, s
+  LinkReason reason = LinkReason::accepted;
+  std::uint32_t supporting_pairs = 0;  // pairs of clouds that agree with the transform
+  std::uint32_t inliers = 0;           // matched features that agree, over all supporting pairs
+  std::uint32_t ratio_e4 = 0;          // quality ratio of the best pair: inliers / features, times 10000
+  std::int32_t error_um = 0;           // rms of the supporting pairs' residual
+  QuantizedPose T_a_b;                 // ref_a T ref_b
+};
+
+std::vector<std::uint8_t> encode(const LinkRecord& record);
+Result<LinkRecord> decode_link(std::span<const std::uint8_t> body);
+
+}  // namespace onemap::mapping

@@ -1,0 +1,32 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "hal/base/result.hpp"
+#include "mapping/local/voxel_map.hpp"
+
+namespace onemap::mapping {
+
+// Surface voxels of a set of blocks, as what fusion needs: tsdf mean and weight and mean colour.
+struct SubmapVoxel {
+  std::int16_t tsdf = 0;    // mean, in units of truncation / kTsdfOne
+  std::uint8_t weight = 0;  // sum of weights, capped at 255; 0 = unseen (then everything else is 0)
+  Rgb rgb{};                // mean colour; 0 0 0 = none was seen (black is written as 1 1 1)
+};
+struct SubmapBlock {
+  BlockKey key;
+  std::array<SubmapVoxel, kBlockVoxels> voxels{};
+};
+struct SubmapRecord {                 // lane voxels; blocks sorted by key, no key twice within one submap
+  std::uint32_t anchor_keyframe = 0;  // the keyframe whose pose the submap follows (0: the robot's own frame)
+  std::int32_t voxel_um = 0;          // micrometres; 1 mm to 1 m
+  std::int32_t truncation_um = 0;     // 1 to 100 voxels
+  std::vector<SubmapBlock> blocks;    // at most 512; coordinates below 2^20
+};
+
+std::vector<std::uint8_t> encode(const SubmapRecord& record);  // compressed losslessly
+Result<SubmapRecord> decode_submap(std::span<const std::uint8_t> body);
+
+}  // namespace onemap::mapping

@@ -1,0 +1,50 @@
+#include "mapping/records/link.hpp"
+
+#include "records/field_reader.hpp"
+
+namespace onemap::mapping {
+
+std::vector<std::uint8_t> encode(const LinkRecord& record) {
+  std::vector<std::uint8_t> body;
+  ByteWriter out(body);
+  put(out, record.a);
+  put(out, record.b);
+  out.put(record.incarnation_b);
+  out.put(record.keyframes_a);
+  out.put(record.keyframes_b);
+  out.put(record.keyframe_a);
+  out.put(record.keyframe_b);
+  out.put(static_cast<std::uint8_t>(record.reason));
+  out.put(record.supporting_pairs);
+  out.put(record.inliers);
+  out.put(record.ratio_e4);
+  out.put(record.error_um);
+  put(out, record.T_a_b);
+  return body;
+}
+
+Result<LinkRecord> decode_link(std::span<const std::uint8_t> body) {
+  FieldReader in("link", body);
+  LinkRecord out;
+  out.a = in.robot("a");
+  out.b = in.robot("b");
+  in.require(out.a < out.b, "b", "not after a");
+  out.incarnation_b = in.get<std::uint64_t>("incarnation_b");
+  out.keyframes_a = in.get<std::uint32_t>("keyframes_a");
+  out.keyframes_b = in.get<std::uint32_t>("keyframes_b");
+  out.keyframe_a = in.get<std::uint32_t>("keyframe_a");
+  out.keyframe_b = in.get<std::uint32_t>("keyframe_b");
+  const auto reason = in.get<std::uint8_t>("reason");
+  in.require(reason <= static_cast<std::uint8_t>(LinkReason::inconsistent), "reason", "unknown");
+  out.reason = static_cast<LinkReason>(reason);
+  out.supporting_pairs = in.get<std::uint32_t>("supporting_pairs");
+  out.inliers = in.get<std::uint32_t>("inliers");
+  out.ratio_e4 = in.get<std::uint32_t>("ratio_e4");
+  in.require(out.ratio_e4 <= 10000, "ratio_e4", "more than 10000");
+  out.error_um = in.get<std::int32_t>("error_um");
+  in.require(out.error_um >= 0, "error_um", "negative");
+  out.T_a_b = in.pose("T_a_b");
+  return in.finish(out);
+}
+
+}  // namespace onemap::mapping
