@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 
 #include "local/tracking/guided_search.hpp"
@@ -87,7 +88,7 @@ TEST(LandmarkMap, CovisibleKeyframesComeMostSharedFirst) {
 }
 
 struct SearchScene {
-  SearchScene() : map(2, 100, 100), search(k, 100) {
+  explicit SearchScene(const hal::Intrinsics& camera = {}) : k(camera), map(2, 100, 100), search(k, 100) {
     frame.reserve(100);
     for (int i = 0; i < 50; ++i) {
       const double u = 40 + 11.0 * i, v = 50 + 7.0 * i, z = 2;
@@ -128,6 +129,22 @@ TEST(GuidedSearch, LooksNoFartherThanItsRadiusNorBehindTheSurface) {
   SearchScene deep;
   for (double& z : deep.frame.depth_m) z = 1;
   EXPECT_EQ(deep.search.find(deep.map, deep.ids, Pose{}, {}, deep.frame), 0);
+}
+
+// The image ends where the camera says, wherever its principal point is.
+TEST(GuidedSearch, LooksInTheWholeImageAndNotBesideIt) {
+  hal::Intrinsics off_centre;
+  off_centre.cx = 200;
+  off_centre.cy = 100;
+  SearchScene s(off_centre);
+  EXPECT_EQ(s.search.find(s.map, s.ids, Pose{}, {}, s.frame), 50);
+  hal::Intrinsics small;
+  small.width = 300;
+  small.height = 200;
+  SearchScene t(small);
+  const int inside = static_cast<int>(std::count_if(t.frame.set.keypoints.begin(), t.frame.set.keypoints.end(),
+                                                    [](const Keypoint& p) { return p.x_px < 300 && p.y_px < 200; }));
+  EXPECT_EQ(t.search.find(t.map, t.ids, Pose{}, {}, t.frame), inside);
 }
 
 TEST(GuidedSearch, OtherDescriptorsDoNotMatch) {

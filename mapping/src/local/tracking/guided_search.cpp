@@ -11,6 +11,8 @@ GuidedSearch::GuidedSearch(const hal::Intrinsics& k, std::size_t max_features)
       fy_(k.fy),
       cx_(k.cx),
       cy_(k.cy),
+      width_(k.width),
+      height_(k.height),
       columns_((k.width + kCell_px - 1) / kCell_px),
       rows_((k.height + kCell_px - 1) / kCell_px) {
   cell_begin_.reserve(static_cast<std::size_t>(columns_ * rows_) + 1);
@@ -75,13 +77,12 @@ int GuidedSearch::find(LandmarkMap& map, std::span<const std::int32_t> ids, cons
                        FeatureFrame& frame) {
   claim_.assign(frame.size(), -1);
   claim_distance_.assign(frame.size(), 0);
-  const double width = 2 * cx_ + 1, height = 2 * cy_ + 1;
   for (const std::int32_t id : ids) {
     Landmark& l = map.landmark(id);
     const Vector3d p = T * l.p_world;
     if (p.z() < kMinDepth_m) continue;
     const double u = fx_ * p.x() / p.z() + cx_, v = fy_ * p.y() / p.z() + cy_;
-    if (u < 0 || v < 0 || u >= width || v >= height) continue;
+    if (u < 0 || v < 0 || u >= width_ || v >= height_) continue;
     ++l.visible;
     int feature = -1;
     std::int32_t distance = 0;

@@ -29,6 +29,7 @@ class GuidedSearch {
                int& feature, std::int32_t& distance) const;
   static constexpr int kCell_px = 20;
   double fx_, fy_, cx_, cy_;
+  int width_, height_;  // of the image
   int columns_, rows_;
   std::vector<std::uint16_t> cell_begin_, order_;
   std::vector<Eigen::Vector2f> pixel_;                // undistorted pixel of each feature
