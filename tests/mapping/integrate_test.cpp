@@ -177,5 +177,43 @@ TEST(IntegrateRange, IgnoresWhatIsTooFar) {
   EXPECT_EQ(map.used(), 0u);
 }
 
+// A truncation that is deeper than the depth: nothing behind the camera was seen.
+TEST(IntegrateRange, TakesNothingBehindTheCamera) {
+  hal::Intrinsics k = test::small_camera();
+  k.cx = 160;  // the axis falls on a column and a row of voxels
+  k.cy = 120;
+  RenderedFrame frame{k, {}, std::vector<std::uint16_t>(320 * 240, 2500), {}};  // a wall at 0.5 m
+  VoxelMapConfig config;
+  config.truncation_m = 2;
+  VoxelMap map(config);
+  frame.T_world_camera.t = Vector3d(0.01, 0.01, 0);
+  map.integrate(frame.view(), RayTable(k), frame.T_world_camera);
+  int behind = 0, in_front = 0;
+  map.for_each_sorted([&](const BlockView& block) {
+    EXPECT_GE(block.key.z, 0);
+    for (std::size_t i = 0; i < kBlockVoxels; ++i) {
+      const bool before = 8 * block.key.z + static_cast<int>(i / 64) < 0;
+      (before ? behind : in_front) += block.voxels[i].weight > 0;
+    }
+  });
+  EXPECT_EQ(behind, 0);
+  EXPECT_GT(in_front, 1000);
+}
+
+// A block that reaches from before the camera to behind it, seen along the optical axis.
+TEST(IntegrateRange, FusesNoVoxelBehindTheCamera) {
+  hal::Intrinsics k = test::small_camera();
+  RenderedFrame frame{k, {}, std::vector<std::uint16_t>(320 * 240, 2500), {}};
+  VoxelMapConfig config;
+  config.truncation_m = 2;
+  VoxelMap map(config);
+  frame.T_world_camera.t = Vector3d(0.01, 0.01, 0.09);
+  map.integrate(frame.view(), RayTable(k), frame.T_world_camera);
+  const Voxel* block = map.find({0, 0, 0});
+  ASSERT_NE(block, nullptr);
+  EXPECT_GT(block[7 * 64].weight, 0) << "6 cm in front";
+  EXPECT_EQ(block[0].weight, 0) << "8 cm behind, on the axis";
+}
+
 }  // namespace
 }  // namespace onemap::mapping

@@ -1,4 +1,5 @@
 // Fusion of a depth image into the truncated signed distance field (Curless and Levoy 1996), with integer sums.
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -10,6 +11,7 @@ namespace {
 constexpr float kRaysPerUnit =
     128;  // density of the rays that look for blocks: at 4 m they are 3 cm apart, a fifth of a block
 constexpr double kFarthestPose_m = 1e6;
+constexpr float kBehind_m = 1e6f;       // stands for the z of what is behind the camera: no depth agrees with it
 constexpr float kColorBand_voxels = 2;  // every corner of a cell that the surface crosses is nearer than this
 
 bool finite_and_near(const Pose& pose) {
@@ -94,7 +96,8 @@ void VoxelMap::touch_seen_blocks(const Camera& camera) {
       if (depth[u] == 0) continue;
       const Vector3f ray((static_cast<float>(u) + 0.5f - view_.cx()) * inv_fx, y, 1);
       const Vector3f direction = camera.R_block_camera * ray;
-      touch_segment(camera.origin_block + direction * (depth[u] - config_.truncation_m),
+      // A truncation that is deeper than the depth does not reach behind the camera.
+      touch_segment(camera.origin_block + direction * std::max(kMinDepth_m, depth[u] - config_.truncation_m),
                     camera.origin_block + direction * (depth[u] + config_.truncation_m));
     }
   }
@@ -122,8 +125,8 @@ bool VoxelMap::fuse_block(const Camera& camera, std::size_t block, std::span<con
       Row row;
       for (std::size_t i = 0; i < kBlockSide; ++i) {
         const auto n = static_cast<float>(static_cast<int>(i));
-        const float Z = pz + n * sz;
-        const float inv = 1.f / (Z > 1e-3f ? Z : 1e-3f);  // behind the camera: no depth will agree with its Z
+        const float z_m = pz + n * sz, Z = z_m > 1e-3f ? z_m : kBehind_m;
+        const float inv = 1.f / Z;
         float u = (px + n * sx) * inv * fx + cx;
         float v = (py + n * sy) * inv * fy + cy;
         u = u > 0.f ? u : 0.f;
