@@ -193,14 +193,34 @@ TEST(LocalMapper, DepthlessFramesAreRefusedWithTheirReason) {
   EXPECT_EQ(walk.counters.times_lost, 0u) << "it never had a place to lose";
 }
 
-TEST(LocalMapper, TimeThatGoesBackIsRefused) {
-  int n = 0;
-  const auto back = [&](hal::Frame& frame) {
-    if (n++ == 10) frame.time -= std::chrono::seconds(1);
-  };
-  const Walk walk = play("simulated:living-room?frames=20", small_config(), back);
-  EXPECT_EQ(walk.counters.refused[static_cast<std::size_t>(TrackReason::time_not_increasing)], 1u);
-  EXPECT_EQ(walk.counters.tracked, 19u);
+// One bad time stamp costs its frame and nothing else: the frames after it are tracked as if it had not been.
+TEST(LocalMapper, AFrameWhoseTimeDoesNotIncreaseIsRefusedAndLeavesNoTrace) {
+  const std::string address = "simulated:living-room?frames=20&width=320&height=240";
+  Stream stream(address);
+  const LocalMapperConfig config = small_config();
+  LocalMapper mapper(config, stream.camera->intrinsics()), clean(config, stream.camera->intrinsics());
+  while (auto frame = stream.next()) {
+    clean.process(frame->view());
+    mapper.process(frame->view());
+    for (const auto step : {std::chrono::milliseconds(0), std::chrono::milliseconds(1000)}) {
+      hal::FrameView late = frame->view();
+      late.time -= step;
+      const FrameReport report = mapper.process(late);
+      EXPECT_EQ(report.reason, TrackReason::time_not_increasing);
+      EXPECT_EQ(report.state, TrackState::tracking);
+      EXPECT_EQ(mapper.last_matches().frame, nullptr) << "the matches are another frame's";
+    }
+  }
+  EXPECT_EQ(mapper.counters().refused[static_cast<std::size_t>(TrackReason::time_not_increasing)], 2u * 20u);
+  EXPECT_EQ(mapper.counters().times_lost, 0u);
+  EXPECT_EQ(mapper.counters().tracked, 20u);
+  EXPECT_EQ(mapper.map().digest(), clean.map().digest());
+  mapper.finish();
+  clean.finish();
+  TrajectoryRecord a, b;
+  ASSERT_TRUE(mapper.take_poses(a));
+  ASSERT_TRUE(clean.take_poses(b));
+  EXPECT_EQ(encode(a), encode(b));
 }
 
 TEST(LocalMapper, KeyframePoolThatIsFullEvictsAndGoesOn) {
@@ -236,6 +256,17 @@ TEST(LocalMapper, MatchesForPicturesBelongToTheImagesThatTheyName) {
     last = frame->time;
   }
   EXPECT_EQ(pictures, 11);
+}
+
+// A frame without features was compared with nothing, so there is no picture of it.
+TEST(LocalMapper, AFrameThatWasNotComparedHasNoMatches) {
+  Stream stream("simulated:living-room?frames=4&width=320&height=240");
+  LocalMapper mapper(small_config(), stream.camera->intrinsics());
+  for (int n = 0; auto frame = stream.next(); ++n) {
+    if (n == 3) std::fill(frame->rgb().begin(), frame->rgb().end(), std::uint8_t{128});
+    mapper.process(frame->view());
+    EXPECT_EQ(mapper.last_matches().frame != nullptr, n == 1 || n == 2) << n;
+  }
 }
 
 TEST(LocalMapper, OrbIsAnAlternative) {

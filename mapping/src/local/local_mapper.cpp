@@ -148,18 +148,23 @@ void LocalMapper::Impl::lose(FrameReport& report, TrackReason reason) {
   counters.times_lost += state == TrackState::tracking;
   if (state == TrackState::tracking) state = TrackState::lost;
   ++counters.lost;
+  placed = false;
+  refuse(report, reason);
+}
+
+// The frame is not used. What is known of the camera stays as it is.
+void LocalMapper::Impl::refuse(FrameReport& report, TrackReason reason) {
   ++counters.refused[static_cast<std::size_t>(reason)];
   report.reason = reason;
   report.state = state;
-  placed = false;
 }
 
 FrameReport LocalMapper::Impl::process(const hal::FrameView& frame) {
   FrameReport report;
-  const bool ordered = counters.frames == 0 || frame.time > last_time;
+  matched = false;
   ++counters.frames;
-  if (!ordered) {
-    lose(report, TrackReason::time_not_increasing);
+  if (last_time && frame.time <= *last_time) {
+    refuse(report, TrackReason::time_not_increasing);
     return report;
   }
   last_time = frame.time;
@@ -235,7 +240,9 @@ std::size_t LocalMapper::bytes() const {
 
 LocalMapper::MatchPicture LocalMapper::last_matches() const {
   const Impl& m = *impl_;
-  if (m.counters.keyframes == 0 || m.matched_time == FrameTime{}) return {};
+  if (!m.matched) return {};
+  // The keyframe that was compared may have made room for this frame since.
+  if (!m.matched_previous && m.map.keyframe(m.matched_slot).time != m.matched_time) return {};
   // A placed frame was swapped into previous, and what was there into current.
   const FeatureSet& frame = m.placed ? m.previous.set : m.current.set;
   const FeatureSet& last = m.placed ? m.current.set : m.previous.set;

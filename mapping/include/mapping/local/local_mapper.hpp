@@ -51,7 +51,8 @@ struct LocalMapperConfig {
 
 enum class TrackState : std::uint8_t { starting, tracking, lost };
 
-// Why a frame could not be placed (the first that failed, against the last keyframe tried).
+// Why a frame could not be placed (the first that failed, against the last keyframe tried). A frame whose time is not
+// later than the last one's is refused and changes nothing: the camera is where it was.
 enum class TrackReason : std::uint8_t {
   ok,
   first_frame,
@@ -111,7 +112,7 @@ class LocalMapper {
   std::size_t bytes() const;  // memory taken, map included
 
   // The matches of the last frame with the image that it was last compared with (the frame before or a keyframe, known
-  // by its time): figure 4. frame is nullptr before the second frame. Valid until the next process().
+  // by its time): figure 4. frame is nullptr when it was compared with none. Valid until the next process().
   struct MatchPicture {
     const FeatureSet* frame = nullptr;
     const FeatureSet* other = nullptr;

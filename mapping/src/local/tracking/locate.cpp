@@ -29,6 +29,7 @@ void LocalMapper::Impl::make_source(const hal::FrameView& frame) {
 // Section 3 for two images: mutual nearest neighbours, fundamental matrix (eq. 6), coherent depths, 3D RANSAC.
 TrackReason LocalMapper::Impl::relative_pose(const FeatureFrame& other, FrameReport& report, Pose& T_other_current) {
   begin(Step::match);
+  matched = true;
   const auto found = matcher.match(current.set, other.set);
   matches.assign(found.begin(), found.end());
   kept.assign(matches.size(), 0);

@@ -50,6 +50,7 @@ struct LocalMapper::Impl {
   std::optional<PosePrior> align_depth(const Pose& T_camera_world);
   void follow(const hal::FrameView& frame, const Pose& T_camera_world, FrameReport& report);
   void lose(FrameReport& report, TrackReason reason);
+  void refuse(FrameReport& report, TrackReason reason);
   void choose_reference();
   bool wants_keyframe(const Pose& T_camera_world, int inliers) const;
   void add_keyframe(const hal::FrameView& frame, const Pose& T_camera_world);
@@ -86,9 +87,9 @@ struct LocalMapper::Impl {
 
   TrackState state = TrackState::starting;
   FeatureFrame current, previous;
-  Pose T_previous_world;  // of the last tracked frame
-  FrameTime last_time{};
-  std::size_t reference = 0;  // slot
+  Pose T_previous_world;               // of the last tracked frame
+  std::optional<FrameTime> last_time;  // of the last frame whose time was in order
+  std::size_t reference = 0;           // slot
   std::size_t relocalization_next = 0;
   std::uint32_t frames_since_keyframe = 0;
   std::array<std::size_t, kWindow> window{};  // slots, oldest first
@@ -114,8 +115,8 @@ struct LocalMapper::Impl {
   std::vector<Vector3d> points_r, points_s;
   std::vector<PoseObservation> observations;
   std::vector<std::uint32_t> observation_feature;
-  // What the last matches were with: the last placed frame, or a keyframe.
-  bool matched_previous = false, placed = false;
+  // Whether this frame was matched, and with what: the last placed frame, or a keyframe.
+  bool matched = false, matched_previous = false, placed = false;
   std::size_t matched_slot = 0;
   FrameTime previous_time{}, matched_time{};
 };
