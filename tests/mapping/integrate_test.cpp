@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "mapping/local/lens.hpp"
 #include "mapping/local/voxel_map.hpp"
 #include "support/analytic_scene.hpp"
 
@@ -45,7 +46,7 @@ Expected expected(const RenderedFrame& frame, const Vector3d& p_map) {
   const hal::Intrinsics& k = frame.intrinsics;
   const Vector3d p = frame.T_world_camera.inverse() * p_map;
   if (p[2] <= 0) return out;
-  const Eigen::Vector2d px = project_distorted(k, {p[0] / p[2], p[1] / p[2]});
+  const Eigen::Vector2d px = distorted_pixel(k, {p[0] / p[2], p[1] / p[2]});
   for (int i = 0; i < 9; ++i) {
     const int u = static_cast<int>(std::floor(px[0] + 0.5)) + i % 3 - 1,
               v = static_cast<int>(std::floor(px[1] + 0.5)) + i / 3 - 1;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "mapping/local/lens.hpp"
 #include "support/box_room.hpp"
 
 namespace onemap::mapping {
@@ -25,12 +26,12 @@ TEST(PointCloud, RayTableInvertsTheLens) {
   for (int v = 0; v < k.height; v += 13) {
     for (int u = 0; u < k.width; u += 11) {
       const float* ray = rays.row(v) + 2 * u;
-      const Eigen::Vector2d back = project_distorted(k, {ray[0], ray[1]});
+      const Eigen::Vector2d back = distorted_pixel(k, {ray[0], ray[1]});
       EXPECT_NEAR(back.x(), u, 1e-3);
       EXPECT_NEAR(back.y(), v, 1e-3);
     }
   }
-  const Eigen::Vector2d between = project_distorted(k, rays.at(200.25, 99.75));
+  const Eigen::Vector2d between = distorted_pixel(k, rays.at(200.25, 99.75));
   EXPECT_NEAR(between.x(), 200.25, 2e-3);
   EXPECT_NEAR(between.y(), 99.75, 2e-3);
   EXPECT_EQ(rays.at(-5, 1000), rays.at(0, k.height - 1));  // outside: the border's ray

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "mapping/local/lens.hpp"
+
 namespace onemap::mapping {
 namespace {
 
@@ -38,12 +40,10 @@ Extent field_of_view(const RayTable& rays) {
   return out;
 }
 
-// Index of the pixel nearest to where the lens images the ray (x, y, 1), -1 outside (OpenCV's model).
+// Index of the pixel nearest to where the lens images the ray (x, y, 1), -1 outside.
 std::int32_t pixel_of(const hal::Intrinsics& k, double x, double y) {
-  const double r2 = x * x + y * y;
-  const double radial = 1 + r2 * (k.k1 + r2 * (k.k2 + r2 * k.k3));
-  const double u = k.fx * (x * radial + 2 * k.p1 * x * y + k.p2 * (r2 + 2 * x * x)) + k.cx + 0.5;
-  const double v = k.fy * (y * radial + k.p1 * (r2 + 2 * y * y) + 2 * k.p2 * x * y) + k.cy + 0.5;
+  const Eigen::Vector2d px = distorted_pixel(k, {x, y});
+  const double u = px.x() + 0.5, v = px.y() + 0.5;
   if (!(u >= 0 && v >= 0 && u < k.width && v < k.height)) return -1;
   return static_cast<std::int32_t>(v) * k.width + static_cast<std::int32_t>(u);
 }

@@ -4,28 +4,9 @@
 #include <cmath>
 
 #include "local/sensor_noise.hpp"
+#include "mapping/local/lens.hpp"
 
 namespace onemap::mapping {
-namespace {
-
-// Pixel (distorted) -> ray: the fixed point of ray = (distorted - tangential) / radial, as OpenCV does it.
-Eigen::Vector2d undistorted_ray(const hal::Intrinsics& k, double u_px, double v_px) {
-  const double xd = (u_px - k.cx) / k.fx, yd = (v_px - k.cy) / k.fy;
-  double x = xd, y = yd;
-  for (int i = 0; i < 100; ++i) {
-    const double r2 = x * x + y * y;
-    const double radial = 1 + r2 * (k.k1 + r2 * (k.k2 + r2 * k.k3));
-    const double x_new = (xd - 2 * k.p1 * x * y - k.p2 * (r2 + 2 * x * x)) / radial;
-    const double y_new = (yd - k.p1 * (r2 + 2 * y * y) - 2 * k.p2 * x * y) / radial;
-    const double step = std::abs(x_new - x) + std::abs(y_new - y);
-    x = x_new;
-    y = y_new;
-    if (step < 1e-12) break;
-  }
-  return {x, y};
-}
-
-}  // namespace
 
 RayTable::RayTable(const hal::Intrinsics& intrinsics)
     : width_(intrinsics.width),
@@ -53,14 +34,6 @@ Eigen::Vector2d RayTable::at(double u_px, double v_px) const {
     return Eigen::Vector2d(p[0], p[1]);
   };
   return (1 - b) * ((1 - a) * ray(u0, v0) + a * ray(u1, v0)) + b * ((1 - a) * ray(u0, v1) + a * ray(u1, v1));
-}
-
-Eigen::Vector2d project_distorted(const hal::Intrinsics& k, const Eigen::Vector2d& ray) {
-  const double x = ray.x(), y = ray.y(), r2 = x * x + y * y;
-  const double radial = 1 + r2 * (k.k1 + r2 * (k.k2 + r2 * k.k3));
-  const double xd = x * radial + 2 * k.p1 * x * y + k.p2 * (r2 + 2 * x * x);
-  const double yd = y * radial + k.p1 * (r2 + 2 * y * y) + 2 * k.p2 * x * y;
-  return {k.fx * xd + k.cx, k.fy * yd + k.cy};
 }
 
 std::size_t to_points(std::span<const std::uint16_t> depth, const RayTable& rays, double depth_scale, int stride,
@@ -91,7 +64,7 @@ void look_up_cells(const hal::Intrinsics& k, OrganizedCloud& out) {
   for (int v = 0; v < out.height; ++v) {
     for (int u = 0; u < out.width; ++u, ++i) {
       const Eigen::Vector2d ray((u - out.cx) / out.fx, (v - out.cy) / out.fy);
-      const Eigen::Vector2d px = project_distorted(k, ray);
+      const Eigen::Vector2d px = distorted_pixel(k, ray);
       const int u0 = static_cast<int>(std::floor(px.x() - 0.5 * (block_u - 1) + 0.5));
       const int v0 = static_cast<int>(std::floor(px.y() - 0.5 * (block_v - 1) + 0.5));
       auto& cell = out.sampling[i];

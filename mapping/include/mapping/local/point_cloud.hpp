@@ -29,9 +29,6 @@ class RayTable {
   std::vector<float> rays_;
 };
 
-// Undistorted normalised image coordinates -> pixel, with distortion (OpenCV's model). The inverse of RayTable.
-Eigen::Vector2d project_distorted(const hal::Intrinsics& k, const Eigen::Vector2d& ray);
-
 // An organised cloud on an ideal pinhole grid (no distortion): the target of projective association. Cell (u, v) looks
 // along ((u - cx) / fx, (v - cy) / fy, 1). Invalid cells have z = 0 (points) or zero length (normals).
 struct OrganizedCloud {
