@@ -6,6 +6,7 @@
 #include <array>
 
 #include "local/tracking/guided_search.hpp"
+#include "mapping/local/mapper_config.hpp"
 
 namespace onemap::mapping {
 namespace {
@@ -50,6 +51,44 @@ TEST(LandmarkMap, TheKeyframeWithTheFewestLandmarksOfItsOwnMakesRoom) {
   EXPECT_EQ(map.take_keyframe_slot(keep), 2u);
   EXPECT_EQ(map.evicted(), 1u);
   EXPECT_EQ(map.landmark(shared[0]).observations, 2);
+}
+
+TEST(LandmarkMap, SealedKeyframesAreTakenOnceInTheirOrder) {
+  LandmarkMap map(3, 10, 5);
+  for (const std::size_t slot : {2, 0}) {
+    map.keyframe(slot).used = true;
+    map.seal(slot);
+  }
+  EXPECT_EQ(map.take_sealed(), &map.keyframe(2));
+  EXPECT_EQ(map.take_sealed(), &map.keyframe(0));
+  EXPECT_EQ(map.take_sealed(), nullptr);
+}
+
+TEST(LandmarkMap, WhatWasNotTakenIsEvictedLast) {
+  LandmarkMap map(3, 100, 50);
+  see(map, 0, {});  // the fewest of its own, but nobody took it
+  map.seal(0);
+  see(map, 1, add(map, 20));
+  see(map, 2, add(map, 30));
+  const std::array<std::size_t, 1> keep{2};
+  EXPECT_EQ(map.take_keyframe_slot(keep), 1u);
+  EXPECT_EQ(map.evicted_untaken(), 0u);
+  map.keyframe(1).used = true;
+  map.keyframe(1).sealed = false;
+  EXPECT_EQ(map.take_keyframe_slot(keep), 0u) << "nothing else is left";
+  EXPECT_EQ(map.evicted_untaken(), 1u);
+  EXPECT_EQ(map.take_sealed(), nullptr) << "the slot is another keyframe's now";
+}
+
+// A window of open keyframes, a reference behind it, and one more: the least that a pool can do with.
+TEST(LandmarkMap, TheSmallestPoolHasASlotForTheNextKeyframe) {
+  LandmarkMap map(kMinKeyframes, 100, 10);
+  for (std::size_t slot = 0; slot < kMinKeyframes; ++slot) {
+    map.keyframe(slot).used = true;
+    if (slot < 2) map.seal(slot);
+  }
+  const std::array<std::size_t, 1> reference{0};
+  EXPECT_EQ(map.take_keyframe_slot(reference), 1u);
 }
 
 TEST(LandmarkMap, ALandmarkThatNobodySeesIsFreeAgain) {

@@ -234,6 +234,47 @@ TEST(LocalMapper, KeyframePoolThatIsFullEvictsAndGoesOn) {
   EXPECT_EQ(walk.keyframes.size(), walk.counters.keyframes) << "an evicted keyframe has left as a record before";
 }
 
+// There and back again with the smallest pool: on the way back the reference is a keyframe that the window has left.
+TEST(LocalMapper, TheSmallestKeyframePoolWorks) {
+  LocalMapperConfig config = small_config();
+  config.max_keyframes = kMinKeyframes;
+  config.keyframe_translation_m = 0.02;
+  config.keyframe_rotation_deg = 1;
+  for (const bool taking : {true, false}) {
+    Stream stream("simulated:living-room?frames=60&width=320&height=240");
+    hal::FramePool all(stream.camera->intrinsics(), 61);
+    std::vector<hal::Frame> frames;
+    for (;;) {
+      hal::Frame frame = all.acquire();
+      if (stream.camera->grab(frame, std::chrono::milliseconds(0)) != hal::Grab::frame) break;
+      frames.push_back(std::move(frame));
+    }
+    ASSERT_EQ(frames.size(), 60u);
+    LocalMapper mapper(config, stream.camera->intrinsics());
+    KeyframeRecord record;
+    std::uint32_t taken = 0;
+    std::int64_t last = -1;
+    const auto take = [&] {
+      for (; mapper.take_keyframe(record); ++taken) {
+        EXPECT_GT(std::int64_t{record.index}, last);
+        last = record.index;
+      }
+    };
+    for (std::size_t i = 0; i < 118; ++i) {
+      hal::FrameView view = frames[i < 60 ? i : 118 - i].view();
+      view.time = frames[0].time + std::chrono::milliseconds(33 * (i + 1));
+      EXPECT_EQ(mapper.process(view).state, TrackState::tracking) << i;
+      if (taking) take();
+    }
+    mapper.finish();
+    take();
+    const LocalMapperCounters& c = mapper.counters();
+    EXPECT_GT(c.keyframes, 30u);
+    EXPECT_EQ(taken + c.keyframes_untaken, c.keyframes);
+    EXPECT_EQ(c.keyframes_untaken == 0, taking);
+  }
+}
+
 // Figure 4: between frames that are close in time, a kept match joins places that are close in the image.
 TEST(LocalMapper, MatchesForPicturesBelongToTheImagesThatTheyName) {
   Stream stream("simulated:living-room?frames=12&width=320&height=240");

@@ -1,6 +1,7 @@
 #include "mapping/local/local_mapper.hpp"
 
 #include <array>
+#include <cassert>
 #include <cmath>
 
 #include "tracking/mapper_impl.hpp"
@@ -85,7 +86,6 @@ LocalMapper::Impl::Impl(const LocalMapperConfig& c, const hal::Intrinsics& k)
   previous.reserve(n);
   current.set.kind = previous.set.kind = c.features;
   local_landmarks.reserve(kMaxLocalLandmarks);
-  sealed_slots.reserve(static_cast<std::size_t>(c.max_keyframes));
   raw_points.resize(gray.size() / (kCloudStride * kCloudStride) + 1024);
   source.resize(raw_points.size());
   matches.reserve(n);
@@ -200,7 +200,9 @@ FrameReport LocalMapper::Impl::process(const hal::FrameView& frame) {
 }
 
 LocalMapper::LocalMapper(const LocalMapperConfig& config, const hal::Intrinsics& intrinsics)
-    : impl_(std::make_unique<Impl>(config, intrinsics)) {}
+    : impl_(std::make_unique<Impl>(config, intrinsics)) {
+  assert(check(config, intrinsics).ok());
+}
 LocalMapper::~LocalMapper() = default;
 
 void LocalMapper::set_step_hook(StepHook hook) { impl_->hook = hook; }
@@ -214,13 +216,9 @@ void LocalMapper::finish() {
 }
 
 bool LocalMapper::take_keyframe(KeyframeRecord& out) {
-  if (impl_->sealed_taken == impl_->sealed_slots.size()) {
-    impl_->sealed_slots.clear();
-    impl_->sealed_taken = 0;
-    return false;
-  }
-  fill_record(impl_->map.keyframe(impl_->sealed_slots[impl_->sealed_taken++]), out);
-  return true;
+  const MapKeyframe* keyframe = impl_->map.take_sealed();
+  if (keyframe != nullptr) fill_record(*keyframe, out);
+  return keyframe != nullptr;
 }
 
 bool LocalMapper::take_poses(TrajectoryRecord& out) { return impl_->trajectory.take(out.poses, kPoseBatch); }

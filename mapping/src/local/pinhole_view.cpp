@@ -62,6 +62,10 @@ std::size_t PinholeView::bytes_for(std::size_t max_pixels) {
   return padded(max_pixels) * (sizeof(float) + sizeof(std::int32_t));
 }
 
+bool PinholeView::numbers_pixels_exactly(int image_width, int image_height) {
+  return (std::int64_t{image_width} + 2) * (std::int64_t{image_height} + 2) <= std::int64_t{1} << 24;
+}
+
 std::size_t PinholeView::bytes() const {
   return depth_m_.capacity() * sizeof(float) + source_.capacity() * sizeof(std::int32_t);
 }

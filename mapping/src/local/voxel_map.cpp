@@ -16,15 +16,6 @@ constexpr std::size_t kBytesPerBlock = kBlockVoxels * sizeof(Voxel) + sizeof(Blo
 // At most half full, so that probing stays short.
 std::size_t slots_for(std::size_t blocks) { return std::bit_ceil(2 * blocks + 2); }
 
-std::size_t blocks_for(const VoxelMapConfig& config) {
-  const std::size_t fixed = PinholeView::bytes_for(config.image_pixels);
-  if (config.budget_bytes <= fixed) return 0;
-  std::size_t blocks = (config.budget_bytes - fixed) / kBytesPerBlock;
-  while (blocks > 0 && fixed + blocks * kBytesPerBlock + slots_for(blocks) * sizeof(std::int32_t) > config.budget_bytes)
-    --blocks;
-  return blocks;
-}
-
 std::size_t hash(const BlockKey& key) {
   std::uint64_t h = static_cast<std::uint32_t>(key.x) * 0x9E3779B97F4A7C15u;
   h ^= static_cast<std::uint32_t>(key.y) * 0xC2B2AE3D27D4EB4Fu;
@@ -49,8 +40,17 @@ void put(const BlockKey& key, std::uint8_t* out) {
 
 }  // namespace
 
+std::size_t VoxelMap::capacity_of(const VoxelMapConfig& config) {
+  const std::size_t fixed = PinholeView::bytes_for(config.image_pixels);
+  if (config.budget_bytes <= fixed) return 0;
+  std::size_t blocks = (config.budget_bytes - fixed) / kBytesPerBlock;
+  while (blocks > 0 && fixed + blocks * kBytesPerBlock + slots_for(blocks) * sizeof(std::int32_t) > config.budget_bytes)
+    --blocks;
+  return blocks;
+}
+
 VoxelMap::VoxelMap(const VoxelMapConfig& config)
-    : config_(config), capacity_blocks_(blocks_for(config)), view_(config.image_pixels) {
+    : config_(config), capacity_blocks_(capacity_of(config)), view_(config.image_pixels) {
   touched_.resize(capacity_blocks_);
   changed_.resize(capacity_blocks_);
   keys_.reserve(capacity_blocks_);

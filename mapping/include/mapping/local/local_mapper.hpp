@@ -8,6 +8,7 @@
 
 #include "hal/frame.hpp"
 #include "mapping/local/features.hpp"
+#include "mapping/local/mapper_config.hpp"
 #include "mapping/local/voxel_map.hpp"
 #include "mapping/records/keyframe.hpp"
 #include "mapping/records/trajectory.hpp"
@@ -35,18 +36,6 @@ std::string_view to_string(Step step);
 struct StepHook {
   void (*begin)(void* context, Step step) = nullptr;
   void* context = nullptr;
-};
-
-struct LocalMapperConfig {
-  DescriptorKind features = DescriptorKind::surf;
-  int max_features = 500;
-  int max_keyframes = 200;  // kept for matching and relocalisation; full: the most redundant old one makes room
-  double keyframe_translation_m = 0.10;  // motion since the nearest keyframe that makes a new one
-  double keyframe_rotation_deg = 8.0;
-  double min_motion_m = 0.03;  // the paper: frames whose motion is under a threshold are not added to the map
-  double min_motion_deg = 2.0;
-  VoxelMapConfig map;
-  std::uint64_t seed = 1;
 };
 
 enum class TrackState : std::uint8_t { starting, tracking, lost };
@@ -81,7 +70,7 @@ struct FrameReport {
 
 struct LocalMapperCounters {
   std::uint64_t frames = 0, tracked = 0, lost = 0, times_lost = 0, relocalized = 0, keyframes = 0,
-                keyframes_evicted = 0, integrated = 0;
+                keyframes_evicted = 0, keyframes_untaken = 0, integrated = 0;
   std::array<std::uint64_t, static_cast<std::size_t>(TrackReason::count)> refused{};  // by reason
 };
 
@@ -91,6 +80,7 @@ struct LocalMapperCounters {
 // it.
 class LocalMapper {
  public:
+  // check(config, intrinsics) must have passed.
   LocalMapper(const LocalMapperConfig& config, const hal::Intrinsics& intrinsics);
   ~LocalMapper();
   LocalMapper(const LocalMapper&) = delete;
@@ -101,7 +91,8 @@ class LocalMapper {
   void finish();  // no more frames: everything becomes sealed, the last keyframes are fused into the map
 
   // Sealed keyframes and poses in order; false when there is none (yet). out's memory is reused: reserve_record() it
-  // once and no call allocates. Poses come in batches of at most 256.
+  // once and no call allocates. Poses come in batches of at most 256. A keyframe that nobody takes until the pool has
+  // no other to evict is lost for the outside (counted: keyframes_untaken).
   bool take_keyframe(KeyframeRecord& out);
   bool take_poses(TrajectoryRecord& out);
   static void reserve_record(KeyframeRecord& out, const LocalMapperConfig& config);

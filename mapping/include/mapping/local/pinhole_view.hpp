@@ -28,6 +28,8 @@ class PinholeView {
   const std::int32_t* source() const { return source_.data(); }  // pixel index in the frame, -1 = outside
   std::size_t bytes() const;
   static std::size_t bytes_for(std::size_t max_pixels);
+  // Whether the number of each pixel, border included, is exact as a float: fusion computes it as one.
+  static bool numbers_pixels_exactly(int image_width, int image_height);
 
  private:
   void build(const hal::Intrinsics& intrinsics, const RayTable& rays);

@@ -108,6 +108,7 @@ struct BlockView {
 class VoxelMap {
  public:
   explicit VoxelMap(const VoxelMapConfig& config);
+  static std::size_t capacity_of(const VoxelMapConfig& config);  // blocks that the budget holds
 
   // Fuses one frame seen from T_map_camera; rays are those of the frame's intrinsics. Colour from the frame's rgb (none
   // when empty). Points already in the map refine it and add nothing (the paper: points already observed are

@@ -77,9 +77,8 @@ void LocalMapper::Impl::seal_oldest() {
   const std::size_t slot = window[0];
   std::copy(window.begin() + 1, window.begin() + static_cast<std::ptrdiff_t>(window_size), window.begin());
   --window_size;
-  map.keyframe(slot).sealed = true;
+  map.seal(slot);
   trajectory.seal(map, slot);
-  if (sealed_slots.size() < sealed_slots.capacity()) sealed_slots.push_back(slot);
 }
 
 void LocalMapper::Impl::forget_dead_landmarks(FeatureFrame& frame) {
@@ -92,7 +91,8 @@ void LocalMapper::Impl::add_keyframe(const hal::FrameView& frame, const Pose& T_
   const std::uint64_t evicted = map.evicted();
   const std::size_t slot = map.take_keyframe_slot(keep);
   map.make_room(current.size(), keep);
-  counters.keyframes_evicted += map.evicted() - evicted;
+  counters.keyframes_evicted = map.evicted();
+  counters.keyframes_untaken = map.evicted_untaken();
   if (map.evicted() != evicted) forget_dead_landmarks(current);
   MapKeyframe& k = map.keyframe(slot);
   k.used = true;

@@ -16,6 +16,23 @@ LandmarkMap::LandmarkMap(std::size_t max_keyframes, std::size_t max_landmarks, s
   }
   landmarks_.reserve(max_landmarks);
   free_.reserve(max_landmarks);
+  waiting_.reserve(max_keyframes);
+}
+
+void LandmarkMap::seal(std::size_t slot) {
+  keyframes_[slot].sealed = true;
+  waiting_.push_back(slot);
+}
+
+const MapKeyframe* LandmarkMap::take_sealed() {
+  if (waiting_.empty()) return nullptr;
+  const std::size_t slot = waiting_.front();
+  waiting_.erase(waiting_.begin());
+  return &keyframes_[slot];
+}
+
+bool LandmarkMap::waits(std::size_t slot) const {
+  return std::find(waiting_.begin(), waiting_.end(), slot) != waiting_.end();
 }
 
 std::int32_t LandmarkMap::add_landmark() {
@@ -47,17 +64,19 @@ void LandmarkMap::evict(std::size_t slot) {
   for (std::size_t i = 0; i < k.features.size(); ++i) unlink(k, i);
   k.used = false;
   ++evicted_;
+  evicted_untaken_ += std::erase(waiting_, slot);
 }
 
 std::size_t LandmarkMap::least_useful(std::span<const std::size_t> keep) const {
   std::size_t worst = keyframes_.size();
-  int worst_own = std::numeric_limits<int>::max();
+  std::pair worst_cost(true, std::numeric_limits<int>::max());
   for (std::size_t slot = 0; slot < keyframes_.size(); ++slot) {
     const MapKeyframe& k = keyframes_[slot];
     if (!k.used || !k.sealed || std::find(keep.begin(), keep.end(), slot) != keep.end()) continue;
     int own = 0;  // landmarks that would be lost or nearly lost with it
     for (const std::int32_t id : k.features.landmark) own += id >= 0 && landmark(id).observations <= 2;
-    if (own < worst_own) worst_own = own, worst = slot;
+    const std::pair cost(!waiting_.empty() && waits(slot), own);
+    if (cost < worst_cost) worst_cost = cost, worst = slot;
   }
   return worst;
 }

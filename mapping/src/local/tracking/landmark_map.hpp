@@ -33,7 +33,8 @@ struct MapKeyframe {
 inline constexpr int kGridWidth = 160, kGridHeight = 120;
 
 // Keyframes and landmarks in pools of fixed size, whose memory is taken in the constructor. Slots are reused; the
-// robot's keyframe count goes on.
+// robot's keyframe count goes on. A keyframe is open (its pose still moves), then sealed and waiting to be taken, then
+// taken; taken ones are evicted first, waiting ones only when there is no other, open ones never.
 class LandmarkMap {
  public:
   LandmarkMap(std::size_t max_keyframes, std::size_t max_landmarks, std::size_t max_features);
@@ -44,14 +45,18 @@ class LandmarkMap {
   Landmark& landmark(std::int32_t id) { return landmarks_[static_cast<std::size_t>(id)]; }
   const Landmark& landmark(std::int32_t id) const { return landmarks_[static_cast<std::size_t>(id)]; }
 
+  void seal(std::size_t slot);
+  const MapKeyframe* take_sealed();  // the one that waits longest, once; nullptr when none waits
+
   // A free keyframe slot, evicting the sealed keyframe with the least own landmarks when there is none (never those in
-  // keep).
+  // keep). At least one must be free, or sealed and not in keep.
   std::size_t take_keyframe_slot(std::span<const std::size_t> keep);
   // Evicts sealed keyframes until so many landmarks can be added (or nothing is left to evict).
   void make_room(std::size_t landmarks, std::span<const std::size_t> keep);
   std::int32_t add_landmark();                              // -1 when the pool is full
   void unlink(MapKeyframe& keyframe, std::size_t feature);  // the landmark goes when nobody sees it any more
   std::uint64_t evicted() const { return evicted_; }
+  std::uint64_t evicted_untaken() const { return evicted_untaken_; }  // of these, before anybody took them
   std::uint32_t next_mark() { return ++mark_; }
   std::size_t bytes() const;
 
@@ -60,12 +65,14 @@ class LandmarkMap {
 
  private:
   void evict(std::size_t slot);
-  // The sealed keyframe with the least landmarks of its own; none: keyframe_capacity().
+  bool waits(std::size_t slot) const;
+  // The sealed keyframe with the least landmarks of its own, a taken one if there is; none: keyframe_capacity().
   std::size_t least_useful(std::span<const std::size_t> keep) const;
   std::vector<MapKeyframe> keyframes_;
   std::vector<Landmark> landmarks_;
   std::vector<std::int32_t> free_;
-  std::uint64_t evicted_ = 0;
+  std::vector<std::size_t> waiting_;  // slots of sealed keyframes that were not taken, oldest first
+  std::uint64_t evicted_ = 0, evicted_untaken_ = 0;
   std::uint32_t mark_ = 0;
 };
 

@@ -97,8 +97,6 @@ struct LocalMapper::Impl {
   std::array<std::size_t, kLocalKeyframes> local_keyframes{};
   std::size_t local_keyframe_count = 0;
   std::vector<std::int32_t> local_landmarks;
-  std::vector<std::size_t> sealed_slots;  // not taken yet
-  std::size_t sealed_taken = 0;
   bool integrated_once = false;
   Pose T_integrated_world;
 

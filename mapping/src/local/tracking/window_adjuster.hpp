@@ -5,11 +5,13 @@
 #include <vector>
 
 #include "landmark_map.hpp"
+#include "mapping/local/mapper_config.hpp"
 #include "reprojection.hpp"
 
 namespace onemap::mapping {
 
-inline constexpr std::size_t kWindow = 8;      // keyframes whose poses are free
+inline constexpr std::size_t kWindow = 8;  // keyframes whose poses are free
+static_assert(kMinKeyframes == kWindow + 2, "the pool holds the window, the reference and the one that is being added");
 inline constexpr std::size_t kFixedMost = 12;  // further keyframes that hold the landmarks in place
 
 // Bundle adjustment of the last keyframes and their landmarks (Levenberg-Marquardt, landmarks eliminated by the Schur
