@@ -136,6 +136,23 @@ TEST(IntegrateFull, KeepsWhatItHasAndCounts) {
   EXPECT_EQ(map.counters().integrated_frames, 3u);
 }
 
+// The same image again and again: a full map misses the same blocks, each counted once a frame.
+TEST(IntegrateFull, CountsTheBlocksThatAreMissingAndTheirFrames) {
+  const auto frames = walk(room_with_sphere(), test::small_camera(), 1);
+  VoxelMap whole{VoxelMapConfig{}};
+  fuse(whole, frames);
+  VoxelMapConfig config;
+  config.image_pixels = 320 * 240;
+  while (VoxelMap::capacity_of(config) > 200) config.budget_bytes -= 6200;
+  VoxelMap map(config);
+  for (std::uint64_t n = 1; n <= 3; ++n) {
+    fuse(map, frames);
+    EXPECT_EQ(map.counters().blocks_refused, n * (whole.used() - map.capacity()));
+    EXPECT_EQ(map.counters().frames_short, n);
+  }
+  EXPECT_EQ(whole.counters().frames_short, 0u);
+}
+
 TEST(IntegratePose, RefusesWhatIsNotFinite) {
   const auto frames = walk(room_with_sphere(), test::small_camera(), 1);
   const RayTable rays(frames[0].intrinsics);

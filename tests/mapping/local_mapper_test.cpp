@@ -230,6 +230,7 @@ TEST(LocalMapper, KeyframePoolThatIsFullEvictsAndGoesOn) {
   config.keyframe_rotation_deg = 2;
   const Walk walk = play("simulated:living-room?frames=120&width=320&height=240", config);
   EXPECT_GT(walk.counters.keyframes_evicted, 0u);
+  EXPECT_EQ(walk.counters.keyframes_in_map(), 12u);
   EXPECT_EQ(walk.counters.tracked, 120u);
   EXPECT_EQ(walk.keyframes.size(), walk.counters.keyframes) << "an evicted keyframe has left as a record before";
 }
@@ -273,6 +274,22 @@ TEST(LocalMapper, TheSmallestKeyframePoolWorks) {
     EXPECT_EQ(taken + c.keyframes_untaken, c.keyframes);
     EXPECT_EQ(c.keyframes_untaken == 0, taking);
   }
+}
+
+TEST(LocalMapper, AFullMapIsSaidWhileItRuns) {
+  LocalMapperConfig config = small_config();
+  config.map.budget_bytes = 2u << 20;
+  Stream stream("simulated:living-room?frames=10&width=320&height=240");
+  LocalMapper mapper(config, stream.camera->intrinsics());
+  const LocalMapperCounters& c = mapper.counters();
+  while (auto frame = stream.next()) {
+    const std::uint64_t refused = c.blocks_refused, frames_short = c.frames_short;
+    const bool integrated = mapper.process(frame->view()).integrated;
+    EXPECT_EQ(c.frames_short, frames_short + integrated);
+    EXPECT_EQ(c.blocks_refused > refused, integrated);
+  }
+  EXPECT_EQ(mapper.map().used(), mapper.map().capacity());
+  EXPECT_EQ(c.keyframes_in_map(), c.keyframes);
 }
 
 // Figure 4: between frames that are close in time, a kept match joins places that are close in the image.

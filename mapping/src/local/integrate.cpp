@@ -52,7 +52,10 @@ struct VoxelMap::Camera {
 
 void VoxelMap::touch(const BlockKey& key) {
   const std::int32_t block = index_or_add(key);
-  if (block < 0) return;
+  if (block < 0) {
+    missing_.add(key);
+    return;
+  }
   auto& last = touched_[static_cast<std::size_t>(block)];
   if (last == counters_.integrated_frames) return;
   last = counters_.integrated_frames;
@@ -169,7 +172,10 @@ void VoxelMap::integrate(const hal::FrameView& frame, const RayTable& rays, cons
   camera.step_z = (camera.T_camera_map.R.col(2) * voxel_m).cast<float>();
   camera.origin_block = (T_map_camera.t / block_m).cast<float>();
   camera.R_block_camera = (T_map_camera.R / block_m).cast<float>();
+  missing_.begin_frame();
   touch_seen_blocks(camera);
+  counters_.blocks_refused += missing_.count();
+  counters_.frames_short += missing_.count() > 0;
   for (const std::int32_t block : seen_)
     if (fuse_block(camera, static_cast<std::size_t>(block), frame.rgb)) changed_[static_cast<std::size_t>(block)] = 1;
 }

@@ -116,6 +116,8 @@ void LocalMapper::Impl::integrate(const hal::FrameView& frame, const Pose& T_cam
   T_integrated_world = T_camera_world;
   integrated_once = report.integrated = true;
   ++counters.integrated;
+  counters.blocks_refused = voxels.counters().blocks_refused;
+  counters.frames_short = voxels.counters().frames_short;
 }
 
 // The frame is placed: reference, keyframe, trajectory, map.

@@ -16,11 +16,10 @@ constexpr std::size_t kBytesPerBlock = kBlockVoxels * sizeof(Voxel) + sizeof(Blo
 // At most half full, so that probing stays short.
 std::size_t slots_for(std::size_t blocks) { return std::bit_ceil(2 * blocks + 2); }
 
-std::size_t hash(const BlockKey& key) {
-  std::uint64_t h = static_cast<std::uint32_t>(key.x) * 0x9E3779B97F4A7C15u;
-  h ^= static_cast<std::uint32_t>(key.y) * 0xC2B2AE3D27D4EB4Fu;
-  h ^= static_cast<std::uint32_t>(key.z) * 0x165667B19E3779F9u;
-  return static_cast<std::size_t>(((h ^ (h >> 32)) * 0x9E3779B97F4A7C15u) >> 20);
+// What fusing images takes beside the blocks.
+std::size_t most_missing(const VoxelMapConfig& config) { return config.image_pixels > 0 ? 4096 : 0; }
+std::size_t fixed_bytes(const VoxelMapConfig& config) {
+  return PinholeView::bytes_for(config.image_pixels) + MissingBlocks::bytes_for(most_missing(config));
 }
 
 // The voxel's content in little-endian bytes.
@@ -41,7 +40,7 @@ void put(const BlockKey& key, std::uint8_t* out) {
 }  // namespace
 
 std::size_t VoxelMap::capacity_of(const VoxelMapConfig& config) {
-  const std::size_t fixed = PinholeView::bytes_for(config.image_pixels);
+  const std::size_t fixed = fixed_bytes(config);
   if (config.budget_bytes <= fixed) return 0;
   std::size_t blocks = (config.budget_bytes - fixed) / kBytesPerBlock;
   while (blocks > 0 && fixed + blocks * kBytesPerBlock + slots_for(blocks) * sizeof(std::int32_t) > config.budget_bytes)
@@ -50,7 +49,10 @@ std::size_t VoxelMap::capacity_of(const VoxelMapConfig& config) {
 }
 
 VoxelMap::VoxelMap(const VoxelMapConfig& config)
-    : config_(config), capacity_blocks_(capacity_of(config)), view_(config.image_pixels) {
+    : config_(config),
+      capacity_blocks_(capacity_of(config)),
+      view_(config.image_pixels),
+      missing_(most_missing(config)) {
   touched_.resize(capacity_blocks_);
   changed_.resize(capacity_blocks_);
   keys_.reserve(capacity_blocks_);
@@ -71,7 +73,8 @@ void VoxelMap::clear() {
 }
 
 std::size_t VoxelMap::bytes() const {
-  return view_.bytes() + capacity_blocks_ * kBytesPerBlock + slots_.size() * sizeof(std::int32_t);
+  return view_.bytes() + MissingBlocks::bytes_for(most_missing(config_)) + capacity_blocks_ * kBytesPerBlock +
+         slots_.size() * sizeof(std::int32_t);
 }
 
 std::int32_t VoxelMap::index_of(const BlockKey& key) const {
@@ -87,10 +90,7 @@ std::int32_t VoxelMap::index_or_add(const BlockKey& key) {
   std::size_t at = hash(key) & mask;
   for (; slots_[at] >= 0; at = (at + 1) & mask)
     if (keys_[static_cast<std::size_t>(slots_[at])] == key) return slots_[at];
-  if (keys_.size() == capacity_blocks_) {
-    ++counters_.blocks_refused;
-    return -1;
-  }
+  if (keys_.size() == capacity_blocks_) return -1;
   slots_[at] = static_cast<std::int32_t>(keys_.size());
   keys_.push_back(key);
   return slots_[at];
@@ -103,7 +103,10 @@ const Voxel* VoxelMap::find(const BlockKey& key) const {
 
 Voxel* VoxelMap::find_or_add(const BlockKey& key) {
   const std::int32_t block = index_or_add(key);
-  if (block < 0) return nullptr;
+  if (block < 0) {
+    ++counters_.blocks_refused;
+    return nullptr;
+  }
   changed_[static_cast<std::size_t>(block)] = 1;
   return &voxels_[static_cast<std::size_t>(block) * kBlockVoxels];
 }

@@ -69,9 +69,15 @@ struct FrameReport {
 };
 
 struct LocalMapperCounters {
-  std::uint64_t frames = 0, tracked = 0, lost = 0, times_lost = 0, relocalized = 0, keyframes = 0,
-                keyframes_evicted = 0, keyframes_untaken = 0, integrated = 0;
+  std::uint64_t frames = 0, tracked = 0, lost = 0, times_lost = 0, relocalized = 0, integrated = 0;
+  std::uint64_t keyframes = 0;          // ever made; those of the optimisation window are not handed out yet
+  std::uint64_t keyframes_evicted = 0;  // of these, to make room; so keyframes - keyframes_evicted are in the map
+  std::uint64_t keyframes_untaken = 0;  // of these, before anybody took them
+  std::uint64_t blocks_refused = 0;     // missed for want of room in the voxel map, each once a frame
+  std::uint64_t frames_short = 0;       // frames that missed blocks
   std::array<std::uint64_t, static_cast<std::size_t>(TrackReason::count)> refused{};  // by reason
+
+  std::uint64_t keyframes_in_map() const { return keyframes - keyframes_evicted; }
 };
 
 // One robot's tracking and map: the paper's section 3. process() runs the whole frame path on the caller's thread and

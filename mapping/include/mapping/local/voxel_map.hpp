@@ -8,20 +8,13 @@
 
 #include "hal/frame.hpp"
 #include "mapping/geometry.hpp"
+#include "mapping/local/block_key.hpp"
+#include "mapping/local/missing_blocks.hpp"
 #include "mapping/local/pinhole_view.hpp"
 #include "mapping/local/point_cloud.hpp"
 #include "mapping/local/zeroed_allocator.hpp"
 
 namespace onemap::mapping {
-
-// Block (x, y, z) covers [x, x+1) * 8 voxels on each axis; voxel centres are at (index + 0.5) * voxel_m.
-struct BlockKey {
-  std::int32_t x = 0, y = 0, z = 0;
-  auto operator<=>(const BlockKey&) const = default;
-};
-
-inline constexpr int kBlockSide = 8;
-inline constexpr int kBlockVoxels = kBlockSide * kBlockSide * kBlockSide;
 
 // Integer accumulators: sums of observations, so adding is exact and commutes as long as no sum saturates. The
 // truncated signed distance of an observation is an integer -kTsdfOne..kTsdfOne (kTsdfOne = truncation distance in
@@ -92,7 +85,10 @@ struct VoxelMapConfig {
 
 struct VoxelMapCounters {
   std::uint64_t integrated_frames = 0;
-  std::uint64_t blocks_refused = 0;  // the pool was full: the policy is to keep what is mapped and refuse new blocks
+  // The pool was full: what is mapped is kept, new blocks are refused. An integration counts each block that it misses
+  // once (at most 4096), find_or_add() each call.
+  std::uint64_t blocks_refused = 0;
+  std::uint64_t frames_short = 0;    // integrations that missed a block
   std::uint64_t frames_refused = 0;  // the pose was not finite, or more than 1000 km away
 };
 
@@ -142,7 +138,7 @@ class VoxelMap {
  private:
   struct Camera;                                     // the frame being fused: pose and steps in the camera frame
   std::int32_t index_of(const BlockKey& key) const;  // -1: not there
-  std::int32_t index_or_add(const BlockKey& key);    // -1: the pool is full (counted)
+  std::int32_t index_or_add(const BlockKey& key);    // -1: the pool is full
   void touch(const BlockKey& key);
   void touch_seen_blocks(const Camera& camera);
   void touch_segment(const Vector3f& from, const Vector3f& to);
@@ -153,6 +149,7 @@ class VoxelMap {
   std::size_t capacity_blocks_ = 0;
   VoxelMapCounters counters_;
   PinholeView view_;
+  MissingBlocks missing_;
   std::vector<std::uint64_t> touched_;                 // per block: number of the integration that last touched it
   std::vector<std::uint8_t> changed_;                  // per block: 1 = not handed out since its last change
   std::vector<BlockKey> keys_;                         // key of each used block, in order of arrival
