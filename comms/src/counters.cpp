@@ -84,4 +84,6 @@ std::string_view name(Refusal reason) {
   return "none";
 }
 
+std::string_view words(Refusal reason) { return name(reason); }
+
 }  // namespace onemap::comms

@@ -44,12 +44,12 @@ std::uint32_t Node::Impl::held(const LogId& log) const {
   return at == store.frontier().end() ? 0 : at->second;
 }
 
-std::optional<RecordId> Node::Impl::append(std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body) {
+Result<RecordId> Node::Impl::append(std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body) {
   const LogId log{config.self, lane, config.incarnation};
   const RecordId id{log, held(log)};
   if (lane >= kLaneCount || body.size() > kMaxRecordBytes || !store.append({id, kind, std::move(body)})) {
     refuse(Refusal::append_refused);
-    return std::nullopt;
+    return Error{"store", "no room"};
   }
   ++counters.records_appended;
   stored(id, 0);
@@ -96,8 +96,7 @@ void Node::on_timer(Instant now) {
 
 Instant Node::next_deadline() const { return impl_->next_deadline(); }
 
-std::optional<RecordId> Node::append(Instant now, std::uint8_t lane, std::uint16_t kind,
-                                     std::vector<std::uint8_t> body) {
+Result<RecordId> Node::append(Instant now, std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body) {
   impl_->now = std::max(impl_->now, now);
   return impl_->append(lane, kind, std::move(body));
 }
@@ -132,14 +131,15 @@ std::vector<NeighbourStatus> Node::neighbours() const {
 
 const std::map<RobotId, RobotStatus>& Node::team() const { return impl_->team.robots(); }
 
-bool Node::team_agrees(std::size_t robots, std::uint8_t flags) const {
+bool Node::team_agrees(std::uint8_t flags, const std::set<RobotId>& without) const {
   const RobotStatus& own = impl_->team.own();
   const auto agrees = [&](const auto& entry) {
     const RobotStatus& status = entry.second;
+    if (without.contains(entry.first)) return true;
     return (status.flags & flags) == flags && status.map_digest == own.map_digest &&
            status.frontier_digest == own.frontier_digest;
   };
-  return team().size() >= robots && std::all_of(team().begin(), team().end(), agrees);
+  return std::all_of(team().begin(), team().end(), agrees);
 }
 
 std::size_t Node::records_missing() const {
@@ -157,6 +157,31 @@ std::optional<std::uint8_t> Node::hops(const RecordId& id) const {
   const auto log = impl_->hops.find(id.log);
   if (log == impl_->hops.end() || id.seq >= log->second.size()) return std::nullopt;
   return log->second[id.seq];
+}
+
+std::map<RobotId, Presence> Node::presence(Instant now) const {
+  std::map<RobotId, Presence> out;
+  for (const auto& [id, status] : impl_->team.robots()) out[id] = {status.incarnation, now, false, status.flags};
+  return out;
+}
+std::vector<Endpoint> Node::peers_never_heard() const {
+  std::vector<Endpoint> out;
+  for (const auto& [endpoint, link] : impl_->links)
+    if (link.configured && link.incarnation == 0) out.push_back(endpoint);
+  return out;
+}
+std::optional<IdConflict> Node::id_conflict() const { return std::nullopt; }
+std::optional<std::uint64_t> Node::outlived() const { return std::nullopt; }
+bool Node::delivered(std::uint8_t up_to_lane) const {
+  for (const auto& [endpoint, link] : impl_->links) {
+    if (!link.alive) continue;
+    for (std::uint8_t lane = 0; lane <= up_to_lane; ++lane) {
+      const LogId log{impl_->config.self, lane, impl_->config.incarnation};
+      const auto at = link.holds.find(log);
+      if (impl_->held(log) > (at == link.holds.end() ? 0 : at->second)) return false;
+    }
+  }
+  return true;
 }
 
 const Counters& Node::counters() const { return impl_->counters; }

@@ -17,7 +17,7 @@ struct Node::Impl {
 
   // node.cpp: the record set
   std::uint32_t held(const LogId& log) const;
-  std::optional<RecordId> append(std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body);
+  Result<RecordId> append(std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body);
   void stored(const RecordId& id, std::uint8_t hops);  // the store has one record more
   std::uint64_t hash_of(const Record& record);
   void refuse(Refusal reason) { ++counters.refused[static_cast<std::size_t>(reason)]; }

@@ -10,9 +10,10 @@ constexpr std::size_t kFrames = kQueued + 2;  // one being filled, one being pro
 constexpr auto kPatience = std::chrono::milliseconds(100);
 }  // namespace
 
-Capture::Capture(hal::DepthCamera& camera, Speed speed, Log& log)
+Capture::Capture(hal::DepthCamera& camera, Speed speed, Failures& failures, Log& log)
     : camera_(camera),
       speed_(speed),
+      failures_(failures),
       log_(log),
       pool_(camera.intrinsics(), kFrames),
       queue_(kQueued),
@@ -20,7 +21,10 @@ Capture::Capture(hal::DepthCamera& camera, Speed speed, Log& log)
 
 Capture::~Capture() { stop(); }
 
-void Capture::start() { thread_ = std::thread(&Capture::run, this); }
+void Capture::start() {
+  thread_.start(
+      "capture", failures_, [this] { run(); }, [this] { queue_.close(); });
+}
 
 void Capture::stop() {
   {
@@ -29,7 +33,7 @@ void Capture::stop() {
   }
   wake_.notify_all();
   queue_.close();
-  if (thread_.joinable()) thread_.join();
+  thread_.join();
 }
 
 void Capture::run() {
@@ -52,7 +56,6 @@ void Capture::run() {
     ++grabbed_;
     if (!keep_pace(frame.time) || !deliver(std::move(frame))) break;
   }
-  queue_.close();
 }
 
 bool Capture::deliver(hal::Frame frame) {

@@ -96,6 +96,7 @@ const std::vector<Key>& keys() {
       {"run", "once", set_once},
       {"run", "speed", set_speed},
       {"run", "linger_s", number<double>(0, 1e6, [](C& c, double v) { c.linger_s = v; })},
+      {"run", "lost_after_s", number<double>(1, 1e6, [](C& c, double v) { c.lost_after_s = v; })},
       {"run", "peer_wait_s", number<double>(0, 1e6, [](C& c, double v) { c.peer_wait_s = v; })},
       {"run", "merge_while_mapping_s", number<double>(0, 1e6, [](C& c, double v) { c.merge_while_mapping_s = v; })},
       {"run", "matches_picture", number<I>(0, 1000000, [](C& c, I v) { c.matches_picture = static_cast<int>(v); })},

@@ -1,5 +1,6 @@
 #include "daemon/outputs.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -8,6 +9,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "hal/base/text.hpp"
 #include "mapping/local/surface.hpp"
 #include "render/camera.hpp"
 #include "render/file.hpp"
@@ -36,13 +38,25 @@ Status draw(MapPicture& picture, render::Renderer& renderer) {
   return render::write_png(picture.stem + ".png", *image);
 }
 
-Status draw_all(std::vector<MapPicture>& pictures) {
+// Says through `sizes` what each picture holds when it is written.
+Status draw_all(std::vector<MapPicture>& pictures, int sizes) {
   auto renderer = render::open_egl_renderer();
   if (!renderer) return renderer.error();
   for (MapPicture& picture : pictures) {
     if (auto status = draw(picture, **renderer); !status) return status;
+    const PictureSize size{picture.scene.mesh.vertices.size()};
+    if (write(sizes, &size, sizeof size) != sizeof size) return Error{picture.stem, "cannot tell its size"};
     picture.scene = {};
   }
+  return success();
+}
+
+Status wait_for(pid_t child) {
+  int result = 0;
+  while (waitpid(child, &result, 0) < 0)
+    if (errno != EINTR) return Error{"pictures", std::string("waitpid: ") + std::strerror(errno)};
+  if (WIFSIGNALED(result)) return Error{"pictures", fmt::format("drawing ended by signal {}", WTERMSIG(result))};
+  if (WEXITSTATUS(result) != 0) return Error{"pictures", "not written, see above"};
   return success();
 }
 
@@ -80,22 +94,24 @@ render::RobotPath make_path(const std::string& name, std::size_t number, const s
   return path;
 }
 
-Status write_pictures(std::vector<MapPicture> pictures) {
+Status write_pictures(std::vector<MapPicture> pictures, std::vector<PictureSize>& sizes) {
   std::fflush(nullptr);
+  int ends[2];
+  if (pipe2(ends, O_CLOEXEC) != 0) return Error{"pictures", std::string("pipe: ") + std::strerror(errno)};
   const pid_t child = fork();
-  if (child < 0) return Error{"pictures", std::string("fork: ") + std::strerror(errno)};
   if (child == 0) {
-    const Status status = draw_all(pictures);
-    if (!status) fmt::print(stderr, "pictures: {}\n", status.error().text());
+    const Status status = draw_all(pictures, ends[1]);
+    if (!status) fmt::print(stderr, "pictures: {}\n", printable(status.error().text()));
     std::fflush(nullptr);
     _exit(status ? 0 : 1);
   }
-  int result = 0;
-  while (waitpid(child, &result, 0) < 0)
-    if (errno != EINTR) return Error{"pictures", std::string("waitpid: ") + std::strerror(errno)};
-  if (WIFSIGNALED(result)) return Error{"pictures", fmt::format("drawing ended by signal {}", WTERMSIG(result))};
-  if (WEXITSTATUS(result) != 0) return Error{"pictures", "not written, see above"};
-  return success();
+  const int error = errno;
+  close(ends[1]);
+  if (child < 0) return close(ends[0]), Error{"pictures", std::string("fork: ") + std::strerror(error)};
+  PictureSize size;
+  while (sizes.size() < pictures.size() && read(ends[0], &size, sizeof size) == sizeof size) sizes.push_back(size);
+  close(ends[0]);
+  return wait_for(child);
 }
 
 }  // namespace onemap::daemon

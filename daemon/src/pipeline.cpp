@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "daemon/clock.hpp"
-#include "mapping/records/finished.hpp"
 #include "mapping/team/atlas.hpp"
 
 namespace onemap::daemon {
@@ -14,10 +13,11 @@ constexpr std::size_t kSubmapBlocks = 256;
 }  // namespace
 
 Pipeline::Pipeline(const Config& config, const hal::Intrinsics& intrinsics, BlockingQueue<hal::Frame>& frames,
-                   Publish publish, Log& log)
+                   Outbox outbox, Failures& failures, Log& log)
     : config_(config),
       frames_(frames),
-      publish_(std::move(publish)),
+      outbox_(std::move(outbox)),
+      failures_(failures),
       log_(log),
       mapper_(std::make_unique<mapping::LocalMapper>(config.mapper, intrinsics)) {
   mapping::LocalMapper::reserve_record(keyframe_, config.mapper);
@@ -32,13 +32,14 @@ Pipeline::~Pipeline() {
   join();
 }
 
-void Pipeline::start() { thread_ = std::thread(&Pipeline::run, this); }
-
-void Pipeline::join() {
-  if (thread_.joinable()) thread_.join();
+void Pipeline::start() {
+  thread_.start(
+      "pipeline", failures_, [this] { run(); }, [this] { frames_.close(); });  // capture waits no longer
 }
 
-PipelineProgress Pipeline::progress() const { return {frames_done_, tracked_, keyframes_, finished_}; }
+void Pipeline::join() { thread_.join(); }
+
+PipelineProgress Pipeline::progress() const { return {frames_done_, tracked_, keyframes_, blocks_refused_, finished_}; }
 
 void Pipeline::run() {
   while (auto frame = frames_.pop()) {
@@ -48,7 +49,7 @@ void Pipeline::run() {
   mapper_->finish();
   drain();
   drain_submaps(0);
-  publish_finished();
+  if (outbox_.finish) outbox_.finish(static_cast<std::uint32_t>(frames_done_));
   finished_ = true;
 }
 
@@ -71,6 +72,19 @@ void Pipeline::process(const hal::FrameView& frame) {
   publish_times_.add(thread_cpu_time() - after);
   ++frames_done_;
   tracked_ = mapper_->counters().tracked;
+  keyframes_ = mapper_->counters().keyframes;
+  log_full();
+}
+
+// Surfaces that the voxel map has no room for are missing from every picture and from everybody's map: say so.
+void Pipeline::log_full() {
+  const std::uint64_t refused = mapper_->map().counters().blocks_refused;
+  if (refused == blocks_refused_) return;
+  blocks_refused_ = refused;
+  log_.limited("map full",
+               "the voxel map is full ({} blocks): new surface is left out, {} blocks so far; raise map.budget_mb or "
+               "map.voxel_m",
+               mapper_->map().used(), refused);
 }
 
 void Pipeline::log_change(const hal::FrameView& frame, const mapping::FrameReport& report) {
@@ -94,36 +108,29 @@ void Pipeline::begin_step(mapping::Step step) {
 }
 
 template <class Record>
-void Pipeline::publish(mapping::Lane lane, mapping::RecordKind kind, const Record& record) {
-  if (publish_) publish_({lane, kind, encode(record)});
+void Pipeline::publish(mapping::Lane lane, mapping::RecordKind kind, const Record& record, std::uint32_t poses) {
+  if (outbox_.publish) outbox_.publish({lane, kind, encode(record), poses});
 }
 
 void Pipeline::drain() {
   while (mapper_->take_keyframe(keyframe_)) {
     keyframe_poses_.push_back(keyframe_.T_robot_keyframe);
-    ++keyframes_;
     publish(mapping::Lane::features, mapping::RecordKind::keyframe, keyframe_);
   }
   while (mapper_->take_poses(trajectory_)) {
     poses_.insert(poses_.end(), trajectory_.poses.begin(), trajectory_.poses.end());
-    publish(mapping::Lane::poses, mapping::RecordKind::trajectory, trajectory_);
+    publish(mapping::Lane::poses, mapping::RecordKind::trajectory, trajectory_,
+            static_cast<std::uint32_t>(trajectory_.poses.size()));
   }
 }
 
 void Pipeline::drain_submaps(std::uint64_t min_age) {
-  if (!publish_) return;
+  if (!outbox_.publish) return;
   for (;;) {
     const auto blocks = mapper_->map().take_settled(min_age, kSubmapBlocks);
     if (blocks.empty()) break;
     publish(mapping::Lane::voxels, mapping::RecordKind::submap, mapping::make_submap(mapper_->map(), blocks));
-    ++submaps_;
   }
-}
-
-void Pipeline::publish_finished() {
-  const auto count = [](std::size_t n) { return static_cast<std::uint32_t>(n); };
-  publish(mapping::Lane::control, mapping::RecordKind::finished,
-          mapping::FinishedRecord{count(frames_done_), count(poses_.size()), count(keyframe_poses_.size()), submaps_});
 }
 
 std::string Pipeline::step_table() const {

@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "daemon/clock.hpp"
+#include "mapping/records/finished.hpp"
 
 namespace onemap::daemon {
 
@@ -11,11 +12,12 @@ namespace {
 constexpr int kDatagramsAtOnce = 64;
 constexpr auto kLongestSleep = std::chrono::milliseconds(100);
 constexpr auto kLookInterval = std::chrono::milliseconds(50);
+constexpr auto kFinishRetry = std::chrono::seconds(1);
+constexpr unsigned kMostNewLives = 3;  // neighbours that say more often that we are outlived are wrong
 
 Result<comms::NodeConfig> node_config(const Config& config) {
   comms::NodeConfig node;
   node.self = RobotId::from_name(config.id);
-  node.incarnation = wall_clock_ns();
   node.bytes_per_second = config.bytes_per_second;
   for (const std::string& peer : config.peers) {
     auto endpoint = comms::parse_endpoint(peer);
@@ -24,42 +26,68 @@ Result<comms::NodeConfig> node_config(const Config& config) {
   }
   return node;
 }
-}  // namespace
 
-Result<std::unique_ptr<Radio>> Radio::open(const Config& config, Applied applied, Log& log) {
-  auto node = node_config(config);
-  if (!node) return node.error();
+Result<comms::UdpConfig> udp_config(const Config& config) {
   auto listen = comms::parse_endpoint(config.listen.empty() ? "0.0.0.0:0" : config.listen);
   if (!listen) return Error{"listen " + listen.error().place, listen.error().reason};
   comms::UdpConfig udp;
   udp.listen = *listen;
-  auto port = comms::UdpPort::open(udp);
+  return udp;
+}
+}  // namespace
+
+Result<std::unique_ptr<Radio>> Radio::open(const Config& config, Listener listener, Failures& failures, Log& log) {
+  auto node = node_config(config);
+  if (!node) return node.error();
+  auto udp = udp_config(config);
+  if (!udp) return udp.error();
+  auto port = comms::UdpPort::open(*udp);
   if (!port) return port.error();
-  return std::unique_ptr<Radio>(new Radio(config, std::move(*node), std::move(*port), std::move(applied), log));
+  LifeCounter life(config.out);
+  if (auto begun = life.begin(wall_clock_ns()); !begun)
+    log.line("{}; this life's number is the clock's: {}", begun.error().text(), life.number());
+  node->incarnation = life.number();
+  return std::unique_ptr<Radio>(
+      new Radio(config, std::move(*node), life, std::move(*port), std::move(listener), failures, log));
 }
 
-Radio::Radio(const Config& config, comms::NodeConfig node, std::unique_ptr<comms::UdpPort> port, Applied applied,
-             Log& log)
-    : log_(log),
-      applied_(std::move(applied)),
+Radio::Radio(const Config& config, comms::NodeConfig node, LifeCounter life, std::unique_ptr<comms::UdpPort> port,
+             Listener listener, Failures& failures, Log& log)
+    : config_(config),
+      failures_(failures),
+      log_(log),
+      listener_(std::move(listener)),
+      life_(std::move(life)),
+      node_config_(std::move(node)),
       store_(config.store_budget_bytes),
       port_(std::move(port)),
-      node_(std::move(node), store_) {}
+      node_(std::make_unique<comms::Node>(node_config_, store_)) {}
 
 Radio::~Radio() { stop(); }
 
-void Radio::start() { thread_ = std::thread(&Radio::run, this); }
+void Radio::start() {
+  thread_.start("radio", failures_, [this] { run(); });
+}
 
-void Radio::stop() {
+void Radio::stop(Duration linger) {
+  linger_until_ns_ = (now() + linger).time_since_epoch().count();
   stopping_ = true;
   port_->wake();
-  if (thread_.joinable()) thread_.join();
+  thread_.join();
 }
 
 void Radio::publish(OutgoingRecord record) {
   {
     const std::lock_guard lock(mutex_);
     outbox_.push_back(std::move(record));
+  }
+  port_->wake();
+}
+
+void Radio::finish(std::uint32_t frames) {
+  {
+    const std::lock_guard lock(mutex_);
+    finish_ = frames;
   }
   port_->wake();
 }
@@ -75,38 +103,55 @@ void Radio::say(std::uint64_t map_digest, bool finished) {
   port_->wake();
 }
 
+void Radio::leave_out(std::set<RobotId> gone) {
+  const std::lock_guard lock(mutex_);
+  gone_ = std::move(gone);
+}
+
 RadioView Radio::view() const {
   const std::lock_guard lock(mutex_);
   return view_;
 }
 
 void Radio::run() {
-  while (!stopping_) {
+  while (!over(now())) {
     turn();
-    const Duration sleep = std::min<Duration>(node_.next_deadline() - now(), kLongestSleep);
+    const Duration sleep = std::min<Duration>(node_->next_deadline() - now(), kLongestSleep);
     if (sleep > Duration::zero()) port_->wait(sleep);
   }
+  turn();
+  update_view(now());
+}
+
+bool Radio::over(Instant now) {
+  if (!stopping_) return false;
+  if (now.time_since_epoch().count() >= linger_until_ns_) return true;
+  const std::lock_guard lock(mutex_);
+  return outbox_.empty() && !finish_ && !frames_to_finish_ && node_->delivered(1);
 }
 
 void Radio::turn() {
   receive_some();
   const Instant t = now();
+  if (node_->outlived()) begin_new_life(t);
   append_published(t);
-  if (t >= node_.next_deadline()) node_.on_timer(t);
+  if (t >= node_->next_deadline()) node_->on_timer(t);
   comms::OutgoingDatagram datagram;
-  while (node_.next_outgoing(datagram)) port_->send(datagram);
+  while (node_->next_outgoing(datagram)) port_->send(datagram);
   std::shared_ptr<const Record> record;
-  while (node_.next_applied(record)) applied_(std::move(record));
+  while (node_->next_applied(record)) listener_.applied(std::move(record));
   if (t - looked_ < kLookInterval) return;
   looked_ = t;
   log_neighbours();
-  update_view();
+  log_conflict(t);
+  log_refusals();
+  update_view(t);
 }
 
 void Radio::receive_some() {
   comms::IncomingDatagram datagram;
   for (int i = 0; i < kDatagramsAtOnce && port_->receive(datagram); ++i)
-    node_.on_datagram(now(), datagram.from, datagram.bytes());
+    node_->on_datagram(now(), datagram.from, datagram.bytes());
 }
 
 void Radio::append_published(Instant now) {
@@ -114,40 +159,73 @@ void Radio::append_published(Instant now) {
   {
     const std::lock_guard lock(mutex_);
     records.swap(outbox_);
-    node_.set_local_status(now, map_digest_, flags_);
+    if (finish_) frames_to_finish_ = std::exchange(finish_, std::nullopt);
+    node_->set_local_status(now, map_digest_, flags_);
     said_digest_ = map_digest_;
   }
-  for (OutgoingRecord& record : records) {
-    const auto lane = static_cast<std::uint8_t>(record.lane);
-    const auto kind = static_cast<std::uint16_t>(record.kind);
-    const std::size_t bytes = record.body.size();
-    if (!node_.append(now, lane, kind, std::move(record.body)))
-      log_.limited("store",
-                   "record of kind {} with {} bytes refused: too large, or the store's {} of {} bytes are used", kind,
-                   bytes, store_.used(), store_.capacity());
+  for (OutgoingRecord& record : records) append(now, std::move(record));
+  if (frames_to_finish_ && now >= finish_again_) append_finished(now);
+}
+
+void Radio::append(Instant now, OutgoingRecord record) {
+  const auto lane = static_cast<std::uint8_t>(record.lane);
+  const auto kind = static_cast<std::uint16_t>(record.kind);
+  const auto stored = node_->append(now, lane, kind, std::move(record.body));
+  if (stored) return published_.count(record);
+  ++published_.refused;
+  log_.limited("own record", "a record of this robot is left out of the map: {}", stored.error().text());
+}
+
+// What Finished promises is what the log holds.
+void Radio::append_finished(Instant now) {
+  const mapping::FinishedRecord finished{std::max(*frames_to_finish_, published_.poses), published_.poses,
+                                         published_.keyframes, published_.submaps};
+  const auto stored = node_->append(now, static_cast<std::uint8_t>(mapping::Lane::control),
+                                    static_cast<std::uint16_t>(mapping::RecordKind::finished), encode(finished));
+  finish_again_ = now + kFinishRetry;
+  if (stored)
+    frames_to_finish_.reset();
+  else
+    log_.limited("finished", "cannot tell the team that this robot has finished: {}", stored.error().text());
+}
+
+// Neighbours remember a life of this robot with a greater number than this one (its counter was lost and the clock went
+// back): it goes on under a greater one, and writes its own records again.
+void Radio::begin_new_life(Instant now) {
+  const std::uint64_t outlived = *node_->outlived();
+  if (new_lives_ == kMostNewLives) {
+    log_.limited("outlived", "a neighbour says that it knows a later life of this robot ({}); not believed a {}th time",
+                 outlived, kMostNewLives + 1);
+    return;
   }
+  ++new_lives_;
+  const std::uint64_t before = life_.number();
+  if (auto kept = life_.begin_after(outlived); !kept)
+    log_.line("the number of this life cannot be kept: {}", kept.error().text());
+  log_.line("neighbours know a later life of {} ({} after {}): going on as life {}", config_.id, outlived, before,
+            life_.number());
+  node_config_.incarnation = life_.number();
+  node_ = std::make_unique<comms::Node>(node_config_, store_);
+  std::shared_ptr<const Record> known;
+  while (node_->next_applied(known)) {  // everybody heard of these before
+  }
+  listener_.new_life(life_.number());
+  for (std::uint8_t lane = 0; lane < kLaneCount; ++lane)
+    for (std::uint32_t seq = 0; auto record = store_.find({{node_config_.self, lane, before}, seq}); ++seq)
+      if (!node_->append(now, lane, record->kind, record->body))
+        log_.limited("own record", "the store has no room for this robot's records in its new life");
+  const std::lock_guard lock(mutex_);
+  node_->set_local_status(now, map_digest_, flags_);
 }
 
 void Radio::log_neighbours() {
-  for (const comms::NeighbourStatus& neighbour : node_.neighbours()) {
+  for (const comms::NeighbourStatus& neighbour : node_->neighbours()) {
     bool& alive = alive_[neighbour.robot];
     if (alive == neighbour.alive) continue;
     alive = neighbour.alive;
     log_.line("neighbour {} at {} {}", neighbour.robot.name(), comms::to_string(neighbour.endpoint),
               alive ? "is heard" : "fell silent");
   }
-}
-
-void Radio::update_view() {
-  const std::lock_guard lock(mutex_);
-  view_.frontier_digest = node_.frontier_digest();
-  view_.robots_heard = node_.team().size();
-  view_.neighbours_heard = alive_.size();
-  view_.records_missing = node_.records_missing();
-  view_.agrees = node_.team_agrees(1, comms::kStatusFinished);
-  view_.agreed_digest = view_.agrees ? said_digest_ : 0;
-  view_.bytes_sent = node_.counters().bytes_sent;
-  view_.bytes_received = node_.counters().bytes_received;
 }
 
 }  // namespace onemap::daemon

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "hal/base/text.hpp"
 #include "render/file.hpp"
 
 namespace onemap::daemon {
@@ -20,7 +21,7 @@ double rounded(double value) { return std::round(value * 100) / 100; }
 Json to_object(const RobotReport& robot) {
   const Quantiles& ms = robot.ms_per_frame;
   return {{"name", robot.name},
-          {"camera", robot.camera},
+          {"camera", printable(robot.camera)},
           {"frames", robot.frames},
           {"tracked", robot.tracked},
           {"keyframes", robot.keyframes},
@@ -29,7 +30,9 @@ Json to_object(const RobotReport& robot) {
           {"ms_per_frame", {{"p50", rounded(ms.p50_ms)}, {"p95", rounded(ms.p95_ms)}, {"p99", rounded(ms.p99_ms)}}},
           {"peak_rss_mb", rounded(robot.peak_rss_mb)},
           {"bytes_sent", robot.bytes_sent},
-          {"bytes_received", robot.bytes_received}};
+          {"bytes_received", robot.bytes_received},
+          {"blocks_refused", robot.blocks_refused},
+          {"refused", robot.refused}};
 }
 
 RobotReport robot_from(const Json& object) {
@@ -47,6 +50,8 @@ RobotReport robot_from(const Json& object) {
   object.at("peak_rss_mb").get_to(robot.peak_rss_mb);
   object.at("bytes_sent").get_to(robot.bytes_sent);
   object.at("bytes_received").get_to(robot.bytes_received);
+  robot.blocks_refused = object.value("blocks_refused", robot.blocks_refused);
+  robot.refused = object.value("refused", robot.refused);
   return robot;
 }
 

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/report.hpp"
+#include "hal/base/text.hpp"
 #include "render/file.hpp"
 
 namespace onemap::daemon {
@@ -30,7 +31,11 @@ std::string to_json(const RobotStatus& s) {
                     {"robots_known", s.robots_known},
                     {"robots_finished", s.robots_finished},
                     {"robots_in_map", s.robots_in_map},
-                    {"agreed", s.agreed}};
+                    {"agreed", s.agreed},
+                    {"blocks_refused", s.blocks_refused},
+                    {"waiting", printable(s.waiting)},
+                    {"stuck", s.stuck},
+                    {"refused", s.refused}};
   return object.dump() + "\n";
 }
 
@@ -49,6 +54,10 @@ Result<RobotStatus> status_from_json(const std::string& text, const std::string&
     object.at("robots_finished").get_to(s.robots_finished);
     object.at("robots_in_map").get_to(s.robots_in_map);
     object.at("agreed").get_to(s.agreed);
+    s.blocks_refused = object.value("blocks_refused", s.blocks_refused);
+    s.waiting = object.value("waiting", s.waiting);
+    s.stuck = object.value("stuck", s.stuck);
+    s.refused = object.value("refused", s.refused);
     return s;
   } catch (const Json::exception& error) {
     return Error{place, error.what()};

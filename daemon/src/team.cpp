@@ -9,12 +9,15 @@ constexpr auto kLook = std::chrono::milliseconds(250);
 constexpr auto kLongestEnd = std::chrono::milliseconds(1500);  // for the map that was being built when asked to stop
 }  // namespace
 
-Team::Team(const RobotId& self, const TeamMapConfig& config, Publish publish, Log& log)
-    : map_(self, config, std::move(publish), log) {}
+Team::Team(const RobotId& self, std::uint64_t, const TeamMapConfig& config, Publish publish, Failures& failures,
+           Log& log)
+    : failures_(failures), map_(self, config, std::move(publish), log) {}
 
 Team::~Team() { stop(); }
 
-void Team::start() { thread_ = std::thread(&Team::run, this); }
+void Team::start() {
+  thread_.start("team", failures_, [this] { run(); });
+}
 
 void Team::stop() {
   {
@@ -22,7 +25,7 @@ void Team::stop() {
     stopping_ = true;
   }
   wake_.notify_all();
-  if (thread_.joinable()) thread_.join();
+  thread_.join();
 }
 
 void Team::apply(std::shared_ptr<const Record> record) {
@@ -33,6 +36,9 @@ void Team::apply(std::shared_ptr<const Record> record) {
   }
   wake_.notify_one();
 }
+
+void Team::begin_life(std::uint64_t) {}
+void Team::presence(const std::map<RobotId, Instant>&, const std::set<RobotId>&) {}
 
 TeamView Team::view() const {
   const std::lock_guard lock(mutex_);

@@ -57,7 +57,7 @@ struct Alone {
 
 TEST(Node, StrangersGetNoMoreThanTheySend) {
   Alone alone;
-  alone.node.append(alone.now, 1, 1, std::vector<std::uint8_t>(500));
+  ASSERT_TRUE(alone.node.append(alone.now, 1, 1, std::vector<std::uint8_t>(500)));
   alone.node.on_timer(alone.now);
   EXPECT_TRUE(alone.sent().empty());  // nobody is known
   std::size_t in = 0, out = 0;
@@ -262,14 +262,14 @@ TEST(Team, StatusTravelsAlongALine) {
     for (std::size_t i = 0; i < 5; ++i) net.append(i, 1, 100);
     const auto all = [&](std::uint8_t flags) {
       for (std::size_t i = 0; i < 5; ++i)
-        if (!net.node(i).team_agrees(5, flags)) return false;
+        if (!sim::agrees(net.node(i), 5, flags)) return false;
       return true;
     };
     ASSERT_TRUE(net.run_until([&] { return all(0); }, 20s));
-    EXPECT_FALSE(net.node(0).team_agrees(6, 0));
+    EXPECT_FALSE(sim::agrees(net.node(0), 6, 0));
     for (std::size_t i = 0; i < 4; ++i) net.node(i).set_local_status(net.now(), 0xABCD, kStatusFinished);
     net.run_for(5s);
-    EXPECT_FALSE(net.node(0).team_agrees(5, 0));  // robot 4 has another map
+    EXPECT_FALSE(sim::agrees(net.node(0), 5, 0));  // robot 4 has another map
     const RobotStatus& last = net.node(4).team().at(RobotId::from_name("robot0"));
     EXPECT_EQ(last.map_digest, 0xABCDu);
     EXPECT_EQ(last.flags, kStatusFinished);
@@ -280,7 +280,7 @@ TEST(Team, StatusTravelsAlongALine) {
     EXPECT_LT(net.now() - start, loss == 0.0 ? 500ms : 5s);
     net.append(2, 1, 100);
     net.run_for(20ms);
-    EXPECT_FALSE(net.node(2).team_agrees(5, kStatusFinished));
+    EXPECT_FALSE(sim::agrees(net.node(2), 5, kStatusFinished));
     ASSERT_TRUE(net.run_until([&] { return all(kStatusFinished); }, 20s));
   }
 }
@@ -291,7 +291,7 @@ TEST(Team, ManyRobotsShareOneTableOverSeveralFrames) {
   ASSERT_TRUE(net.run_until(
       [&] {
         for (std::size_t i = 0; i < 40; ++i)
-          if (!net.node(i).team_agrees(40, 0)) return false;
+          if (!sim::agrees(net.node(i), 40, 0)) return false;
         return true;
       },
       120s));
@@ -312,7 +312,7 @@ TEST(Team, RestartWritesNewLogsAndGetsTheOldOnesBack) {
   EXPECT_EQ(fresh.log.incarnation, 2u);
   ASSERT_TRUE(net.run_until([&] { return net.equal() && net.node(0).hops(fresh); }, 10s));
   EXPECT_EQ(net.node(2).frontier().at({RobotId::from_name("robot2"), 1, 1}), 2u);
-  ASSERT_TRUE(net.run_until([&] { return net.node(0).team_agrees(3, 0); }, 10s));
+  ASSERT_TRUE(net.run_until([&] { return sim::agrees(net.node(0), 3, 0); }, 10s));
   EXPECT_EQ(net.node(0).team().at(RobotId::from_name("robot2")).incarnation, 2u);
 }
 

@@ -328,7 +328,7 @@ TEST(Replication, RandomTeamsAlwaysBecomeEqual) {
     for (const Edge& edge : edges) net.connect(edge.first, edge.second);
     const auto agree = [&] {
       for (std::size_t i = 0; i < n; ++i)
-        if (!net.node(i).team_agrees(n, 0)) return false;
+        if (!sim::agrees(net.node(i), n, 0)) return false;
       return true;
     };
     ASSERT_TRUE(net.run_until([&] { return net.equal(); }, 60s)) << "seed " << seed;

@@ -142,7 +142,7 @@ TEST(UdpPort, LineOfThreeOnLoopback) {
   EXPECT_EQ(robots[2].node->neighbours().size(), 1u);
   EXPECT_EQ(robots[2].node->hops({{RobotId::from_name("robot0"), 3, 1}, 2}), 2);
   ASSERT_TRUE(turn_until(
-      robots, [&] { return robots[0].node->team_agrees(3, 0) && robots[2].node->team_agrees(3, 0); }, 30s));
+      robots, [&] { return sim::agrees(*robots[0].node, 3, 0) && sim::agrees(*robots[2].node, 3, 0); }, 30s));
 }
 
 TEST(UdpPort, RobotsFindEachOtherByMulticast) {
@@ -157,7 +157,7 @@ TEST(UdpPort, RobotsFindEachOtherByMulticast) {
     ASSERT_TRUE(robots[i].node->append(now(), 1, 1, {1, 2, 3}));
   }
   ASSERT_TRUE(turn_until(
-      robots, [&] { return robots[0].node->team_agrees(2, 0) && robots[1].node->team_agrees(2, 0); }, 20s));
+      robots, [&] { return sim::agrees(*robots[0].node, 2, 0) && sim::agrees(*robots[1].node, 2, 0); }, 20s));
   EXPECT_GE(robots[0].node->counters().of(Refusal::own_echo), 1u);
 }
 

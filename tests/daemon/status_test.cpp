@@ -68,7 +68,7 @@ TEST(Report, HasExactlyTheAgreedForm) {
     "global_points": 34567, "robots": [{"name": "robot1", "camera": "simulated:office", "frames": 100, "tracked": 99,
     "keyframes": 7, "in_global_map": true, "map_digest": "0000000000000abc",
     "ms_per_frame": {"p50": 8.05, "p95": 12.1, "p99": 15.25}, "peak_rss_mb": 90.5, "bytes_sent": 1000,
-    "bytes_received": 2000}]})"));
+    "bytes_received": 2000, "blocks_refused": 0, "refused": {}}]})"));
   const auto read = report_from_json(to_json(report), "");
   ASSERT_TRUE(read.ok());
   EXPECT_EQ(to_json(*read), to_json(report));

@@ -32,6 +32,11 @@ class Random {  // xorshift64*
   std::uint64_t state_;
 };
 
+// At least so many robots are known, and all of them say the same map and records.
+inline bool agrees(const Node& node, std::size_t robots, std::uint8_t flags) {
+  return node.team().size() >= robots && node.team_agrees(flags, {});
+}
+
 inline RobotId numbered(std::string name, std::size_t i) {
   name += std::to_string(i);
   return RobotId::from_name(name);

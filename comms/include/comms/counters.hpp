@@ -52,6 +52,7 @@ enum class Refusal : std::uint8_t {
 inline constexpr std::size_t kRefusalCount = static_cast<std::size_t>(Refusal::count);
 std::string_view name(FrameType type);
 std::string_view name(Refusal reason);
+std::string_view words(Refusal reason);
 
 // Everything that a node counts; only ever grows.
 struct Counters {

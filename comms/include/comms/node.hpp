@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "comms/log_store.hpp"
 #include "comms/status.hpp"
 #include "hal/base/ids.hpp"
+#include "hal/base/result.hpp"
 #include "hal/base/time.hpp"
 
 namespace onemap::comms {
@@ -47,6 +49,21 @@ struct NeighbourStatus {
   std::uint8_t flags = 0;
 };
 
+// What is known of a robot that has records here or is a neighbour.
+struct Presence {
+  std::uint64_t incarnation = 0;
+  Instant last_sign{};  // of life: a datagram, a newer status by hearsay, or a new record of its own
+  bool neighbour = false;
+  std::uint8_t flags = 0;
+};
+
+// Somebody else uses this robot's id.
+struct IdConflict {
+  Endpoint where;
+  std::uint64_t incarnation = 0;
+  Instant when{};
+};
+
 // One robot's side of the protocol (comms/PROTOCOL.md), as a pure function of bytes and `now`: no clock, socket or
 // thread. Call it from one thread, like this, with a `now` that never goes back:
 //
@@ -70,9 +87,9 @@ class Node {
   void on_timer(Instant now);
   Instant next_deadline() const;  // call on_timer then, or earlier
 
-  // Writes the next record of the own log of this lane. Nothing: the body is larger than kMaxRecordBytes, or the lane
-  // is unknown, or the store has no room; counted.
-  std::optional<RecordId> append(Instant now, std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body);
+  // Writes the next record of the own log of this lane. The error says why it cannot: the body is larger than
+  // kMaxRecordBytes, or the lane is unknown, or the store has no room; counted.
+  Result<RecordId> append(Instant now, std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body);
   // What beacons say about this robot; sent at once when it changed (at most ten times a second).
   void set_local_status(Instant now, std::uint64_t map_digest, std::uint8_t flags);
 
@@ -85,7 +102,12 @@ class Node {
   const std::map<RobotId, RobotStatus>& team() const;  // every robot ever heard of, itself included
   // At least `robots` robots are known, and all that are known carry these flags, one map digest and one frontier
   // digest.
-  bool team_agrees(std::size_t robots, std::uint8_t flags) const;
+  bool team_agrees(std::uint8_t flags, const std::set<RobotId>& without) const;
+  std::map<RobotId, Presence> presence(Instant now) const;
+  std::vector<Endpoint> peers_never_heard() const;
+  std::optional<IdConflict> id_conflict() const;
+  bool delivered(std::uint8_t up_to_lane) const;
+  std::optional<std::uint64_t> outlived() const;
   std::size_t records_missing() const;  // that some neighbour is known to hold and this robot does not, yet
   std::optional<std::uint8_t> hops(const RecordId& id) const;  // links that this record came over; 0: own
   const Counters& counters() const;

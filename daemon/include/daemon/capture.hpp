@@ -2,10 +2,10 @@
 #include <atomic>
 #include <condition_variable>
 #include <mutex>
-#include <thread>
 
 #include "daemon/config.hpp"
 #include "daemon/log.hpp"
+#include "daemon/worker.hpp"
 #include "hal/base/bounded_queue.hpp"
 #include "hal/depth_camera.hpp"
 
@@ -19,7 +19,7 @@ struct CaptureCounters {
 // processed; else it keeps the recording's pace and the oldest frame makes room, counted. Ends with the stream.
 class Capture {
  public:
-  Capture(hal::DepthCamera& camera, Speed speed, Log& log);
+  Capture(hal::DepthCamera& camera, Speed speed, Failures& failures, Log& log);
   ~Capture();
   Capture(const Capture&) = delete;
   Capture& operator=(const Capture&) = delete;
@@ -36,6 +36,7 @@ class Capture {
   bool keep_pace(FrameTime time);  // false: stop
   hal::DepthCamera& camera_;
   const Speed speed_;
+  Failures& failures_;
   Log& log_;
   hal::FramePool pool_;
   BlockingQueue<hal::Frame> queue_;
@@ -48,7 +49,7 @@ class Capture {
   bool paced_ = false;  // the first frame set the pace's origin
   Instant origin_{};
   FrameTime origin_frame_{};
-  std::thread thread_;
+  Worker thread_;
 };
 
 }  // namespace onemap::daemon

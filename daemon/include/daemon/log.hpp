@@ -10,7 +10,8 @@
 
 namespace onemap::daemon {
 
-// Lines on stderr, `NAME: message`, whole lines from any thread.
+// Lines on stderr, `NAME: message`, whole lines from any thread. Whatever a message quotes is made printable: no peer,
+// file or device can forge a line or move the cursor.
 class Log {
  public:
   explicit Log(std::string name) : name_(std::move(name)) {}
@@ -19,10 +20,10 @@ class Log {
   void line(fmt::format_string<Args...> format, Args&&... args) {
     write(fmt::format(format, std::forward<Args>(args)...));
   }
-  // At most one line a second for each topic; the next one says how many were left out.
+  // At most one line a second for each topic; the next one says how many were left out. False: left out.
   template <class... Args>
-  void limited(std::string_view topic, fmt::format_string<Args...> format, Args&&... args) {
-    write_limited(topic, fmt::format(format, std::forward<Args>(args)...));
+  bool limited(std::string_view topic, fmt::format_string<Args...> format, Args&&... args) {
+    return write_limited(topic, fmt::format(format, std::forward<Args>(args)...));
   }
 
  private:
@@ -32,7 +33,7 @@ class Log {
     bool used = false;
   };
   void write(std::string_view message);
-  void write_limited(std::string_view topic, std::string_view message);
+  bool write_limited(std::string_view topic, std::string_view message);
   const std::string name_;
   std::mutex mutex_;
   std::map<std::string, Topic, std::less<>> topics_;

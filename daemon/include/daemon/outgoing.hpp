@@ -12,9 +12,28 @@ struct OutgoingRecord {
   mapping::Lane lane = mapping::Lane::control;
   mapping::RecordKind kind = mapping::RecordKind::hello;
   std::vector<std::uint8_t> body;
+  std::uint32_t poses = 0;  // in a trajectory record
+};
+
+// What of this robot's own work is in its log. A log may refuse (its store is full), so this, and not what was handed
+// to it, is what others may wait for.
+struct Published {
+  std::uint32_t keyframes = 0, submaps = 0, poses = 0;
+  std::uint64_t refused = 0;  // records
+  void count(const OutgoingRecord& record) {
+    keyframes += record.kind == mapping::RecordKind::keyframe;
+    submaps += record.kind == mapping::RecordKind::submap;
+    poses += record.poses;
+  }
 };
 
 // Takes a record for the log; may be called from any thread and never waits for the network.
 using Publish = std::function<void(OutgoingRecord)>;
+
+// Where a robot's work goes; empty functions when it is alone.
+struct Outbox {
+  Publish publish;
+  std::function<void(std::uint32_t frames)> finish;  // the camera's stream is over: nothing more comes
+};
 
 }  // namespace onemap::daemon

@@ -31,9 +31,14 @@ struct MapPicture {
   render::Scene scene;  // without its mesh, which comes from the map
 };
 
+// What was written of a map.
+struct PictureSize {
+  std::uint64_t vertices = 0;  // of the model files
+};
+
 // Draws and writes in a process of its own (the renderer's software driver is large and not ours: neither its memory
 // nor a fault of it is the daemon's) and waits for it. Call when no other thread runs. Errors went to the child's
-// stderr.
-Status write_pictures(std::vector<MapPicture> pictures);
+// stderr. sizes: of those that were written, in their order.
+Status write_pictures(std::vector<MapPicture> pictures, std::vector<PictureSize>& sizes);
 
 }  // namespace onemap::daemon

@@ -2,7 +2,6 @@
 #include <array>
 #include <atomic>
 #include <optional>
-#include <thread>
 #include <vector>
 
 #include "daemon/config.hpp"
@@ -10,6 +9,7 @@
 #include "daemon/log.hpp"
 #include "daemon/match_pictures.hpp"
 #include "daemon/outgoing.hpp"
+#include "daemon/worker.hpp"
 #include "hal/base/bounded_queue.hpp"
 #include "hal/frame_pool.hpp"
 #include "mapping/local/local_mapper.hpp"
@@ -18,17 +18,19 @@ namespace onemap::daemon {
 
 // What the work loop has done so far; readable while it runs.
 struct PipelineProgress {
-  std::uint64_t frames = 0, tracked = 0, keyframes = 0;
-  bool finished = false;  // the queue was closed and empty, and everything is sealed and published
+  std::uint64_t frames = 0, tracked = 0;
+  std::uint64_t keyframes = 0;       // in the map, those not yet sealed included
+  std::uint64_t blocks_refused = 0;  // of the voxel map, for want of room
+  bool finished = false;             // the queue was closed and empty, and everything is sealed and published
 };
 
 // The work thread: takes frames from the queue, runs the mapper's frame path, and publishes what it sealed. The mapper
 // and its voxel map belong to this thread until finished.
 class Pipeline {
  public:
-  // publish may be empty: a robot alone keeps its poses and publishes nothing.
-  Pipeline(const Config& config, const hal::Intrinsics& intrinsics, BlockingQueue<hal::Frame>& frames, Publish publish,
-           Log& log);
+  // The outbox may be empty: a robot alone keeps its poses and publishes nothing.
+  Pipeline(const Config& config, const hal::Intrinsics& intrinsics, BlockingQueue<hal::Frame>& frames, Outbox outbox,
+           Failures& failures, Log& log);
   ~Pipeline();
   Pipeline(const Pipeline&) = delete;
   Pipeline& operator=(const Pipeline&) = delete;
@@ -48,17 +50,18 @@ class Pipeline {
  private:
   void run();
   void process(const hal::FrameView& frame);
+  void log_full();
   void log_change(const hal::FrameView& frame, const mapping::FrameReport& report);
   void begin_step(mapping::Step step);
   void drain();
   void drain_submaps(std::uint64_t min_age);
-  void publish_finished();
   template <class Record>
-  void publish(mapping::Lane lane, mapping::RecordKind kind, const Record& record);
+  void publish(mapping::Lane lane, mapping::RecordKind kind, const Record& record, std::uint32_t poses = 0);
 
   const Config& config_;
   BlockingQueue<hal::Frame>& frames_;
-  Publish publish_;
+  Outbox outbox_;
+  Failures& failures_;
   Log& log_;
   std::unique_ptr<mapping::LocalMapper> mapper_;
   std::optional<MatchPictures> matches_;
@@ -66,7 +69,6 @@ class Pipeline {
   mapping::TrajectoryRecord trajectory_;
   std::vector<mapping::StampedPose> poses_;
   std::vector<mapping::QuantizedPose> keyframe_poses_;
-  std::uint32_t submaps_ = 0;
   std::uint64_t last_submap_at_ = 0;
   mapping::TrackState last_state_ = mapping::TrackState::starting;
   std::uint64_t lost_since_ = 0;
@@ -74,9 +76,9 @@ class Pipeline {
   std::array<Duration, mapping::kSteps> step_time_{};
   std::size_t step_ = mapping::kSteps;
   Duration step_began_{};
-  std::atomic<std::uint64_t> frames_done_ = 0, tracked_ = 0, keyframes_ = 0;
+  std::atomic<std::uint64_t> frames_done_ = 0, tracked_ = 0, keyframes_ = 0, blocks_refused_ = 0;
   std::atomic<bool> finished_ = false, abandoned_ = false;
-  std::thread thread_;
+  Worker thread_;
 };
 
 }  // namespace onemap::daemon

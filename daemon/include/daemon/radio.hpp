@@ -1,69 +1,111 @@
 #pragma once
+#include <array>
 #include <atomic>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
-#include <thread>
+#include <optional>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "comms/memory_store.hpp"
 #include "comms/node.hpp"
 #include "comms/udp/udp_port.hpp"
 #include "daemon/config.hpp"
+#include "daemon/life.hpp"
 #include "daemon/log.hpp"
 #include "daemon/outgoing.hpp"
+#include "daemon/worker.hpp"
 
 namespace onemap::daemon {
 
 struct RadioView {
   std::uint64_t frontier_digest = 0;
-  std::uint64_t robots_heard = 1;      // ever, this one included
+  std::uint64_t robots_heard = 1;      // with records or as living neighbours, this one included
   std::uint64_t neighbours_heard = 0;  // ever
   std::uint64_t records_missing = 0;
-  bool agrees = false;              // all robots heard of are finished and say one map and one record set,
+  bool agrees = false;              // all robots that count are finished and say one map and one record set,
   std::uint64_t agreed_digest = 0;  // this map
   std::uint64_t bytes_sent = 0, bytes_received = 0;
+  std::vector<std::string> peers_never_heard;    // configured ones
+  std::string id_also_used_at;                   // by somebody else, lately; empty: nowhere
+  std::map<std::string, std::uint64_t> refused;  // datagrams and records, by reason; reasons that occurred
+  std::map<RobotId, Instant> last_sign;          // of life, of every robot that counts
+  std::set<RobotId> records_complete;            // robots of whom every record that is known of is here
+  std::string store_full;                        // why records cannot be held, in words; empty: they can
+  bool delivered = true;                         // neighbours hold this robot's control and pose records
 };
 
 // The radio thread: the protocol's node on a UDP socket. Others hand it records and this robot's status.
 class Radio {
  public:
-  using Applied = std::function<void(std::shared_ptr<const Record>)>;
-  static Result<std::unique_ptr<Radio>> open(const Config& config, Applied applied, Log& log);
+  struct Listener {
+    std::function<void(std::shared_ptr<const Record>)> applied;  // each record once, own and others'
+    std::function<void(std::uint64_t incarnation)> new_life;     // own records come again, under this number
+  };
+  static Result<std::unique_ptr<Radio>> open(const Config& config, Listener listener, Failures& failures, Log& log);
   ~Radio();
   Radio(const Radio&) = delete;
   Radio& operator=(const Radio&) = delete;
 
   void start();
-  void stop();
+  // Sends what was published, until neighbours hold this robot's control and pose records, for at most `linger`.
+  void stop(Duration linger = Duration::zero());
   void publish(OutgoingRecord record);                // any thread
+  void finish(std::uint32_t frames);                  // any thread: nothing more of the own camera comes
   void say(std::uint64_t map_digest, bool finished);  // any thread: what neighbours and beacons hear
+  void leave_out(std::set<RobotId> gone);             // any thread: agreement does not wait for these
   RadioView view() const;
+  std::uint64_t incarnation() const { return life_.number(); }  // before start()
   std::string local() const { return comms::to_string(port_->local()); }
 
  private:
-  Radio(const Config& config, comms::NodeConfig node, std::unique_ptr<comms::UdpPort> port, Applied applied, Log& log);
+  Radio(const Config& config, comms::NodeConfig node, LifeCounter life, std::unique_ptr<comms::UdpPort> port,
+        Listener listener, Failures& failures, Log& log);
   void run();
+  bool over(Instant now);
   void turn();
   void receive_some();
   void append_published(Instant now);
+  void append(Instant now, OutgoingRecord record);
+  void append_finished(Instant now);
+  void begin_new_life(Instant now);
   void log_neighbours();
-  void update_view();
+  void log_refusals();
+  void log_conflict(Instant now);
+  void update_view(Instant now);
+
+  const Config& config_;
+  Failures& failures_;
   Log& log_;
-  Applied applied_;
+  Listener listener_;
+  LifeCounter life_;
+  unsigned new_lives_ = 0;
+  comms::NodeConfig node_config_;
   comms::MemoryStore store_;
   std::unique_ptr<comms::UdpPort> port_;
-  comms::Node node_;
-  mutable std::mutex mutex_;
+  std::unique_ptr<comms::Node> node_;
+  Published published_;
+  std::optional<std::uint32_t> frames_to_finish_;  // Finished is due, with these frames
+  Instant finish_again_{};
+
+  mutable std::mutex mutex_;  // of what follows
   std::vector<OutgoingRecord> outbox_;
+  std::optional<std::uint32_t> finish_;
   std::uint64_t map_digest_ = 0;
   std::uint8_t flags_ = 0;
-  std::uint64_t said_digest_ = 0;  // as the node has it
+  std::set<RobotId> gone_;
   RadioView view_;
+
+  std::uint64_t said_digest_ = 0;  // as the node has it
   std::map<RobotId, bool> alive_;  // as last logged
+  std::array<std::uint64_t, comms::kRefusalCount> logged_refusals_{};
   Instant looked_{};
   std::atomic<bool> stopping_ = false;
-  std::thread thread_;
+  std::atomic<std::int64_t> linger_until_ns_ = 0;
+  Worker thread_;
 };
 
 }  // namespace onemap::daemon

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,8 @@ struct RobotReport {
   Quantiles ms_per_frame;        // processor time of the work thread for a frame
   double peak_rss_mb = 0;        // of the process while it mapped and merged, before pictures are drawn
   std::uint64_t bytes_sent = 0, bytes_received = 0;
+  std::uint64_t blocks_refused = 0;              // of the local map, for want of room: parts of it are missing
+  std::map<std::string, std::uint64_t> refused;  // datagrams and records, by reason
 };
 
 // OUT/report.json: of a team, or of one robot (then with one entry).

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <map>
 #include <string>
 
 #include "hal/base/result.hpp"
@@ -12,10 +13,15 @@ struct RobotStatus {
   std::uint64_t frames = 0;           // done
   std::uint64_t frames_expected = 0;  // of the stream; 0: unknown
   std::uint64_t tracked = 0, keyframes = 0;
+  std::uint64_t blocks_refused = 0;   // of the local map, for want of room
   std::uint64_t map_digest = 0;       // of the global map; 0: none yet
   std::uint64_t frontier_digest = 0;  // of the records held
   std::uint64_t robots_known = 1, robots_finished = 0, robots_in_map = 0;
-  bool agreed = false;  // every robot known is finished and reports this digest
+  bool agreed = false;  // every robot that is not gone is finished and reports this digest
+  // Own work done, but no agreement yet: what this robot waits for, in words, and whether that cannot come by itself.
+  std::string waiting;
+  bool stuck = false;
+  std::map<std::string, std::uint64_t> refused;  // datagrams and records, by reason
 };
 
 std::string to_json(const RobotStatus& status);

@@ -2,6 +2,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,16 @@ namespace onemap::daemon {
 struct TeamMapConfig {
   mapping::AtlasConfig atlas;
   mapping::VerifyConfig verify;
+  Duration lost_after = std::chrono::seconds(60);
   Duration merge_while_mapping{};  // at most so often while robots map; zero: only when all have finished
+};
+
+// What is waited for, of whom, and for how long that robot has been silent.
+struct Waiting {
+  enum class What { records, end, link, solution };
+  RobotId robot;
+  What what = What::records;
+  Duration silent{};
 };
 
 // Where the team stands, as this robot knows it.
@@ -25,7 +35,9 @@ struct TeamView {
   std::uint64_t robots_known = 0, robots_finished = 0, robots_in_map = 0;
   bool settled = false;      // all known robots' records are here, verified, solved, and fused
   std::uint64_t digest = 0;  // of the last global map; 0: none yet
-  Duration merge{};          // from the last robot's Finished record to the global map
+  std::vector<Waiting> waiting;
+  std::set<RobotId> gone;
+  Duration merge{};  // from the last robot's Finished record to the global map
 };
 
 // Records that could not be used, of one kind.

@@ -20,6 +20,7 @@ class ChildProcess {
   ChildProcess& operator=(ChildProcess&& other) = delete;
   ~ChildProcess();
 
+  pid_t pid() const { return pid_; }            // -1: ended
   bool running();                               // false once it ended; then exit_text() and exit_code() say how
   void terminate();                             // SIGTERM, once it runs
   bool wait(Duration at_most);                  // true when it ended in time

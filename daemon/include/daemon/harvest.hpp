@@ -1,0 +1,48 @@
+#pragma once
+#include <vector>
+
+#include "daemon/capture.hpp"
+#include "daemon/config.hpp"
+#include "daemon/log.hpp"
+#include "daemon/outputs.hpp"
+#include "daemon/pipeline.hpp"
+#include "daemon/radio.hpp"
+#include "daemon/report.hpp"
+#include "daemon/team.hpp"
+
+namespace onemap::daemon {
+
+// What a robot writes when its threads have stopped: trajectories, pictures and models, the report. One thing that
+// cannot be written keeps none of the others from being written.
+class Harvest {
+ public:
+  // team and radio are nullptr when the robot is alone. Everything must outlive this object.
+  struct Sources {
+    const Capture& capture;
+    const Pipeline& pipeline;
+    const Team* team;
+    const Radio* radio;
+    bool agreed;
+    double peak_rss_mb;
+  };
+  Harvest(const Config& config, const Sources& sources, Log& log) : config_(config), from_(sources), log_(log) {}
+
+  // The first error; each is logged as it happens.
+  Status write();
+
+ private:
+  void say_costs() const;
+  Status write_trajectories() const;
+  std::vector<MapPicture> pictures() const;
+  MapPicture global_picture(const mapping::SolutionRecord& solution) const;
+  Report report(const std::vector<PictureSize>& sizes) const;
+  RobotReport robot_report() const;
+  void keep(const Status& status);
+
+  const Config& config_;
+  const Sources from_;
+  Log& log_;
+  Status first_ = success();
+};
+
+}  // namespace onemap::daemon

@@ -1,0 +1,119 @@
+#include "daemon/harvest.hpp"
+
+#include <algorithm>
+
+#include "daemon/clock.hpp"
+
+namespace onemap::daemon {
+
+void Harvest::keep(const Status& status) {
+  if (status) return;
+  log_.line("not written: {}", status.error().text());
+  if (first_) first_ = status;
+}
+
+Status Harvest::write() {
+  say_costs();
+  keep(write_trajectories());
+  std::vector<PictureSize> sizes;
+  keep(write_pictures(pictures(), sizes));
+  // The report comes last: who finds it finds everything else.
+  keep(write_text(config_.out + "/report.json", to_json(report(sizes))));
+  return first_;
+}
+
+void Harvest::say_costs() const {
+  const LatencyHistogram& times = from_.pipeline.frame_times();
+  log_.line("{} frames, {:.2f} ms of processor time each (p50 {:.2f}, p99 {:.2f}); by step: {}", times.count(),
+            times.total_ms() / std::max<double>(1, static_cast<double>(times.count())), times.quantile_ms(0.5),
+            times.quantile_ms(0.99), from_.pipeline.step_table());
+  const CaptureCounters captured = from_.capture.counters();
+  if (captured.dropped + captured.bad > 0)
+    log_.line("{} frames dropped to keep pace, {} could not be read", captured.dropped, captured.bad);
+}
+
+Status Harvest::write_trajectories() const {
+  if (auto status = write_text(config_.out + "/trajectory.txt", trajectory_text(from_.pipeline.poses())); !status)
+    return status;
+  const auto solution = from_.team ? from_.team->map().solution() : std::nullopt;
+  if (!solution) return success();
+  if (auto status = make_folder(config_.out + "/global"); !status) return status;
+  const auto& members = from_.team->map().members();
+  for (const auto& solved : solution->robots) {
+    const auto member = members.find(solved.robot);
+    if (member == members.end() || !solved.robot.valid()) continue;  // a file's name is a checked name
+    const std::string file = config_.out + "/global/" + solved.robot.name() + ".txt";
+    const std::string text = trajectory_text(member->second.poses, mapping::from_quantized(solved.T_global_robot));
+    if (auto status = write_text(file, text); !status) return status;
+  }
+  return success();
+}
+
+MapPicture Harvest::global_picture(const mapping::SolutionRecord& solution) const {
+  MapPicture picture{config_.out + "/global", from_.team->map().map(), {}};
+  picture.scene.title = "global map";
+  const auto& members = from_.team->map().members();
+  std::size_t number = 0;
+  for (const auto& solved : solution.robots) {
+    const auto member = members.find(solved.robot);
+    if (member == members.end()) continue;
+    picture.scene.robots.push_back(make_path(solved.robot.name(), number++, member->second.poses,
+                                             member->second.keyframe_poses,
+                                             mapping::from_quantized(solved.T_global_robot)));
+  }
+  return picture;
+}
+
+std::vector<MapPicture> Harvest::pictures() const {
+  std::vector<MapPicture> pictures;
+  MapPicture local{config_.out + "/local", &from_.pipeline.mapper().map(), {}};
+  local.scene.title = "local map of " + config_.id;
+  local.scene.robots.push_back(make_path(config_.id, 0, from_.pipeline.poses(), from_.pipeline.keyframe_poses()));
+  pictures.push_back(std::move(local));
+  const auto solution = from_.team ? from_.team->map().solution() : std::nullopt;
+  if (solution && from_.team->map().map()) pictures.push_back(global_picture(*solution));
+  return pictures;
+}
+
+RobotReport Harvest::robot_report() const {
+  RobotReport robot;
+  robot.name = config_.id;
+  robot.camera = config_.camera;
+  robot.frames = from_.capture.counters().grabbed;
+  robot.tracked = from_.pipeline.poses().size();
+  robot.keyframes = from_.pipeline.keyframe_poses().size();
+  robot.ms_per_frame = from_.pipeline.frame_times().quantiles();
+  robot.peak_rss_mb = from_.peak_rss_mb;
+  robot.blocks_refused = from_.pipeline.mapper().map().counters().blocks_refused;
+  return robot;
+}
+
+Report Harvest::report(const std::vector<PictureSize>& sizes) const {
+  Report report;
+  RobotReport robot = robot_report();
+  if (from_.team) {
+    const TeamView team = from_.team->view();
+    report.same_map = from_.agreed;
+    report.merge_ms = static_cast<std::uint64_t>(to_seconds(team.merge) * 1e3);
+    if (const auto solution = from_.team->map().solution()) {
+      report.reference = solution->reference.name();
+      for (const auto& solved : solution->robots) robot.in_global_map |= solved.robot == RobotId::from_name(config_.id);
+    }
+    robot.map_digest = team.digest;
+    const RadioView radio = from_.radio->view();
+    robot.bytes_sent = radio.bytes_sent;
+    robot.bytes_received = radio.bytes_received;
+    robot.refused = radio.refused;
+  } else {
+    report.same_map = true;
+    report.reference = config_.id;
+    robot.in_global_map = true;
+    robot.map_digest = from_.pipeline.mapper().map().digest();
+  }
+  // Of the global map's files when there are such, else of the local one's.
+  if (!sizes.empty()) report.global_points = sizes.back().vertices;
+  report.robots.push_back(std::move(robot));
+  return report;
+}
+
+}  // namespace onemap::daemon

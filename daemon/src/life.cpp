@@ -1,0 +1,52 @@
+#include "daemon/life.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+
+#include "daemon/outputs.hpp"
+#include "render/file.hpp"
+
+namespace onemap::daemon {
+
+namespace {
+constexpr std::uint64_t kGreatest = std::uint64_t{1} << 63;  // beyond it is no life but somebody's joke
+
+// What the file says; 0 and no error when there is none.
+Result<std::uint64_t> read_number(const std::string& file) {
+  std::error_code none;
+  if (!std::filesystem::exists(file, none)) return std::uint64_t{0};
+  auto bytes = render::read_file(file);
+  if (!bytes) return bytes.error();
+  const std::string text(bytes->begin(), bytes->end());
+  std::uint64_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  const bool whole = end == text.data() + text.size() || *end == '\n';
+  if (error != std::errc{} || !whole || number >= kGreatest)
+    return Error{file, "not the number of a life; set aside as " + file + ".bad"};
+  return number;
+}
+}  // namespace
+
+Status LifeCounter::begin(std::uint64_t wall_clock_ns) {
+  number_ = std::max<std::uint64_t>(wall_clock_ns, 1);
+  const auto last = read_number(file_);
+  if (!last) {
+    std::error_code none;
+    std::filesystem::rename(file_, file_ + ".bad", none);
+    if (auto kept = keep(number_); !kept) return kept;
+    return last.error();
+  }
+  return keep(std::max(number_, *last + 1));
+}
+
+Status LifeCounter::begin_after(std::uint64_t outlived) { return keep(std::max(number_, outlived) + 1); }
+
+Status LifeCounter::keep(std::uint64_t number) {
+  number_ = number;
+  return write_text(file_, fmt::format("{}\n", number));
+}
+
+}  // namespace onemap::daemon

@@ -1,0 +1,67 @@
+// What the radio tells others: its view for the rest of the daemon, and lines for people.
+#include <fmt/format.h>
+
+#include "daemon/clock.hpp"
+#include "daemon/radio.hpp"
+
+namespace onemap::daemon {
+
+namespace {
+constexpr auto kConflictFresh = std::chrono::seconds(10);
+
+std::map<std::string, std::uint64_t> refusals(const comms::Counters& counters) {
+  std::map<std::string, std::uint64_t> out;
+  for (std::size_t i = 0; i < comms::kRefusalCount; ++i)
+    if (counters.refused[i] > 0) out[std::string(name(static_cast<comms::Refusal>(i)))] = counters.refused[i];
+  return out;
+}
+
+// What an honest team on a lossy net refuses every day is counted, and no news.
+bool worth_a_line(comms::Refusal reason) {
+  using R = comms::Refusal;
+  return reason != R::duplicate && reason != R::too_old && reason != R::own_echo && reason != R::data_unasked &&
+         reason != R::stranger && reason != R::wrong_receiver;
+}
+}  // namespace
+
+// Each reason by itself, at most once a second, and only when it happened again.
+void Radio::log_refusals() {
+  const comms::Counters& counters = node_->counters();
+  for (std::size_t i = 0; i < comms::kRefusalCount; ++i) {
+    const auto reason = static_cast<comms::Refusal>(i);
+    std::uint64_t& logged = logged_refusals_[i];
+    if (counters.refused[i] == logged || !worth_a_line(reason)) continue;
+    if (log_.limited(fmt::format("refused {}", name(reason)), "refused: {} ({} so far)", words(reason),
+                     counters.refused[i]))
+      logged = counters.refused[i];
+  }
+}
+
+void Radio::log_conflict(Instant now) {
+  const auto conflict = node_->id_conflict();
+  if (conflict && now - conflict->when < kConflictFresh)
+    log_.limited("id conflict", "id {} is also in use at {}; give one of the two another --id", config_.id,
+                 comms::to_string(conflict->where));
+}
+
+void Radio::update_view(Instant now) {
+  RadioView view;
+  view.frontier_digest = node_->frontier_digest();
+  for (const auto& [robot, presence] : node_->presence(now)) view.last_sign[robot] = presence.last_sign;
+  view.robots_heard = view.last_sign.size();
+  view.neighbours_heard = alive_.size();
+  view.records_missing = node_->records_missing();
+  view.bytes_sent = node_->counters().bytes_sent;
+  view.bytes_received = node_->counters().bytes_received;
+  for (const comms::Endpoint& peer : node_->peers_never_heard()) view.peers_never_heard.push_back(to_string(peer));
+  const auto conflict = node_->id_conflict();
+  if (conflict && now - conflict->when < kConflictFresh) view.id_also_used_at = to_string(conflict->where);
+  view.refused = refusals(node_->counters());
+  view.delivered = node_->delivered(1);
+  const std::lock_guard lock(mutex_);
+  view.agrees = node_->team_agrees(comms::kStatusFinished, gone_);
+  view.agreed_digest = view.agrees ? said_digest_ : 0;
+  view_ = std::move(view);
+}
+
+}  // namespace onemap::daemon
