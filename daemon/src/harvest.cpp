@@ -43,7 +43,8 @@ Status Harvest::write_trajectories() const {
     const auto member = members.find(solved.robot);
     if (member == members.end() || !solved.robot.valid()) continue;  // a file's name is a checked name
     const std::string file = config_.out + "/global/" + solved.robot.name() + ".txt";
-    const std::string text = trajectory_text(member->second.poses, mapping::from_quantized(solved.T_global_robot));
+    const std::string text =
+        trajectory_text(member->second.trajectory(), mapping::from_quantized(solved.T_global_robot));
     if (auto status = write_text(file, text); !status) return status;
   }
   return success();
@@ -57,7 +58,7 @@ MapPicture Harvest::global_picture(const mapping::SolutionRecord& solution) cons
   for (const auto& solved : solution.robots) {
     const auto member = members.find(solved.robot);
     if (member == members.end()) continue;
-    picture.scene.robots.push_back(make_path(solved.robot.name(), number++, member->second.poses,
+    picture.scene.robots.push_back(make_path(solved.robot.name(), number++, member->second.trajectory(),
                                              member->second.keyframe_poses,
                                              mapping::from_quantized(solved.T_global_robot)));
   }

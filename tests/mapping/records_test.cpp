@@ -87,7 +87,7 @@ LinkRecord random_link(Random& random) {
   LinkRecord out;
   out.a = RobotId::from_name("robot1");
   out.b = RobotId::from_name("robot" + std::to_string(random.integer(2, 9)));
-  out.incarnation_b = random.next();
+  out.incarnation_other = random.next();
   out.keyframes_a = static_cast<std::uint32_t>(random.next());
   out.keyframes_b = static_cast<std::uint32_t>(random.next());
   out.reason = static_cast<LinkReason>(random.integer(0, 6));

@@ -9,7 +9,7 @@ std::vector<std::uint8_t> encode(const LinkRecord& record) {
   ByteWriter out(body);
   put(out, record.a);
   put(out, record.b);
-  out.put(record.incarnation_b);
+  out.put(record.incarnation_other);
   out.put(record.keyframes_a);
   out.put(record.keyframes_b);
   out.put(record.keyframe_a);
@@ -29,7 +29,7 @@ Result<LinkRecord> decode_link(std::span<const std::uint8_t> body) {
   out.a = in.robot("a");
   out.b = in.robot("b");
   in.require(out.a < out.b, "b", "not after a");
-  out.incarnation_b = in.get<std::uint64_t>("incarnation_other");
+  out.incarnation_other = in.get<std::uint64_t>("incarnation_other");
   out.keyframes_a = in.get<std::uint32_t>("keyframes_a");
   out.keyframes_b = in.get<std::uint32_t>("keyframes_b");
   out.keyframe_a = in.get<std::uint32_t>("keyframe_a");

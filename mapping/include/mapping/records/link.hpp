@@ -25,7 +25,7 @@ inline constexpr std::uint32_t kMaxSupportingPairs = 1024, kMaxInliersOfPair = 1
 // it: a, and b only when a is gone.
 struct LinkRecord {                                // lane poses
   RobotId a, b;                                    // a < b
-  std::uint64_t incarnation_b = 0;             // which life of the other one; the author's is that of its log
+  std::uint64_t incarnation_other = 0;             // which life of the other one; the author's is that of its log
   std::uint32_t keyframes_a = 0, keyframes_b = 0;  // so many keyframes of each were looked at
   std::uint32_t keyframe_a = 0, keyframe_b = 0;    // the best pair of clouds r, s
   LinkReason reason = LinkReason::accepted;
