@@ -8,12 +8,12 @@
 #include <fstream>
 #include <iterator>
 
-#include "daemon/evaluation.hpp"
+#include "evaluation/evaluation.hpp"
 
 namespace {
 
 using namespace onemap;
-using namespace onemap::daemon;
+using namespace onemap::evaluation;
 
 constexpr int kBadInput = 2;
 
@@ -34,7 +34,7 @@ Result<std::string> read(const std::string& path) {
   return text;
 }
 
-Result<std::vector<StampedPose>> read_trajectory(const std::string& path) {
+Result<std::vector<TimedPose>> read_trajectory(const std::string& path) {
   const Result<std::string> text = read(path);
   if (!text) return text.error();
   return parse_trajectory(*text, path);

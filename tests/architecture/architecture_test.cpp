@@ -82,6 +82,8 @@ TEST(Architecture, IncludesGoDown) {
   EXPECT_EQ(offences({"mapping"}, R"(#include "(comms|render|daemon|hal/backends/)[/a-z])"), "");
   EXPECT_EQ(offences({"comms"}, R"(#include "(mapping|render|daemon|hal/backends/)[/a-z])"), "");
   EXPECT_EQ(offences({"render"}, R"(#include "(comms|daemon|hal/backends/)[/a-z])"), "");
+  EXPECT_EQ(offences({"daemon/src", "daemon/include"}, R"(#include "evaluation/)"), "") << "no robot evaluates itself";
+  EXPECT_EQ(offences({"daemon/evaluation"}, R"(#include "(mapping|comms|render|daemon)/)"), "");
   EXPECT_EQ(offences({"mapping/src/local", "mapping/include/mapping/local"}, R"(#include "mapping/team/)"), "")
       << "one robot's mapping does not know the team";
   EXPECT_EQ(offences({"mapping/src/records", "mapping/include/mapping/records"},
@@ -108,7 +110,7 @@ TEST(Architecture, TopLevelFoldersAreTheOnesOfTheHouse) {
 TEST(Architecture, EveryFolderIsNamedInArchitectureMd) {
   const std::string text = read(kRoot / "ARCHITECTURE.md");
   for (const char* folder : {"hal", "hal/backends/replay", "hal/backends/simulated", "mapping/local", "mapping/team",
-                             "comms", "comms/udp", "render", "daemon", "systemd", "tests"})
+                             "comms", "comms/udp", "render", "daemon", "daemon/evaluation", "systemd", "tests"})
     EXPECT_NE(text.find(folder), std::string::npos) << folder;
 }
 

@@ -1,4 +1,4 @@
-#include "daemon/evaluation.hpp"
+#include "evaluation/evaluation.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace onemap::daemon {
+namespace onemap::evaluation {
 
 namespace {
 
@@ -23,16 +23,16 @@ struct MatchedPositions {
 };
 
 // Index of the first pose that is not before the time.
-std::size_t first_at(const std::vector<StampedPose>& poses, double time_s) {
+std::size_t first_at(const std::vector<TimedPose>& poses, double time_s) {
   const auto found = std::lower_bound(poses.begin(), poses.end(), time_s,
-                                      [](const StampedPose& pose, double t) { return pose.time_s < t; });
+                                      [](const TimedPose& pose, double t) { return pose.time_s < t; });
   return static_cast<std::size_t>(found - poses.begin());
 }
 
 // Each estimate takes the ground-truth pose nearest in time, the earlier of two that are equally near.
 std::vector<Match> match(const RobotTrajectories& robot, double max_dt_s) {
   std::vector<Match> matches;
-  const std::vector<StampedPose>& truth = robot.truth;
+  const std::vector<TimedPose>& truth = robot.truth;
   for (std::size_t i = 0; i < robot.estimate.size(); ++i) {
     const double t = robot.estimate[i].time_s;
     std::size_t best = first_at(truth, t);
@@ -160,4 +160,4 @@ Result<TeamEvaluation> evaluate(const std::vector<RobotTrajectories>& team, cons
   return result;
 }
 
-}  // namespace onemap::daemon
+}  // namespace onemap::evaluation

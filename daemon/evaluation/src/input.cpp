@@ -5,9 +5,9 @@
 #include <charconv>
 #include <cmath>
 
-#include "daemon/evaluation.hpp"
+#include "evaluation/evaluation.hpp"
 
-namespace onemap::daemon {
+namespace onemap::evaluation {
 
 namespace {
 
@@ -42,7 +42,7 @@ bool parse_number(std::string_view word, double& value) {
   return code == std::errc{} && end == word.data() + word.size() && std::isfinite(value);
 }
 
-Result<StampedPose> parse_pose(std::string_view line) {
+Result<TimedPose> parse_pose(std::string_view line) {
   const std::vector<std::string_view> words = split(line);
   if (words.size() != kColumns)
     return Error{"", fmt::format("{} values where {} are expected", words.size(), kColumns)};
@@ -51,7 +51,7 @@ Result<StampedPose> parse_pose(std::string_view line) {
     if (!parse_number(words[i], v[i])) return Error{"", fmt::format("'{}' is not a finite number", words[i])};
   const Eigen::Quaterniond q(v[7], v[4], v[5], v[6]);
   if (!(q.norm() > 1e-9)) return Error{"", "the quaternion is zero"};
-  StampedPose pose;
+  TimedPose pose;
   pose.time_s = v[0];
   pose.T_world_camera.linear() = q.normalized().toRotationMatrix();
   pose.T_world_camera.translation() = Eigen::Vector3d(v[1], v[2], v[3]);
@@ -60,19 +60,19 @@ Result<StampedPose> parse_pose(std::string_view line) {
 
 }  // namespace
 
-Result<std::vector<StampedPose>> parse_trajectory(std::string_view text, const std::string& name) {
-  std::vector<StampedPose> poses;
+Result<std::vector<TimedPose>> parse_trajectory(std::string_view text, const std::string& name) {
+  std::vector<TimedPose> poses;
   std::optional<Error> error;
   for_each_line(text, [&](std::size_t number, std::string_view line) {
     if (error) return;
-    const Result<StampedPose> pose = parse_pose(line);
+    const Result<TimedPose> pose = parse_pose(line);
     if (pose) poses.push_back(*pose);
     if (!pose) error = Error{fmt::format("{}:{}", name, number), pose.error().reason};
   });
   if (error) return *error;
   if (poses.empty()) return Error{name, "no poses"};
   std::stable_sort(poses.begin(), poses.end(),
-                   [](const StampedPose& a, const StampedPose& b) { return a.time_s < b.time_s; });
+                   [](const TimedPose& a, const TimedPose& b) { return a.time_s < b.time_s; });
   return poses;
 }
 
@@ -82,4 +82,4 @@ std::size_t count_listed_frames(std::string_view text) {
   return frames;
 }
 
-}  // namespace onemap::daemon
+}  // namespace onemap::evaluation

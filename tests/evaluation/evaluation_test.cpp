@@ -1,5 +1,5 @@
 // The evaluation against cases with known answers, and against the judge that was written apart from it.
-#include "daemon/evaluation.hpp"
+#include "evaluation/evaluation.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -14,14 +14,14 @@
 
 #include "support/temp_folder.hpp"
 
-namespace onemap::daemon {
+namespace onemap::evaluation {
 namespace {
 
 using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using testing::HasSubstr;
-using Trajectory = std::vector<StampedPose>;
+using Trajectory = std::vector<TimedPose>;
 
 Isometry3d pose(const Vector3d& t, double angle_rad, const Vector3d& axis) {
   Isometry3d T = Isometry3d::Identity();
@@ -62,7 +62,7 @@ class Noise {
 Trajectory disturbed(Trajectory trajectory, const Isometry3d& T_other_world, double metres, double radians,
                      double jitter_s, std::uint64_t seed) {
   Noise noise(seed);
-  for (StampedPose& p : trajectory) {
+  for (TimedPose& p : trajectory) {
     p.T_world_camera =
         T_other_world * p.T_world_camera * pose(metres * noise.vector(), radians * noise(), noise.vector());
     p.time_s += jitter_s * noise();
@@ -72,7 +72,7 @@ Trajectory disturbed(Trajectory trajectory, const Isometry3d& T_other_world, dou
 
 std::string to_tum(const Trajectory& trajectory) {
   std::string text = "# timestamp tx ty tz qx qy qz qw\n";
-  for (const StampedPose& p : trajectory) {
+  for (const TimedPose& p : trajectory) {
     const Vector3d t = p.T_world_camera.translation();
     const Eigen::Quaterniond q(p.T_world_camera.linear());
     text += fmt::format("{:.6f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", p.time_s, t.x(), t.y(), t.z(),
@@ -160,7 +160,7 @@ TEST(Evaluation, AlignNeverMirrors) {
 TEST(Evaluation, TooFewMatchesAreAnError) {
   const Trajectory truth = curve(30, 100, 0);
   Trajectory late = truth;
-  for (StampedPose& p : late) p.time_s += 500;
+  for (TimedPose& p : late) p.time_s += 500;
   const auto result = evaluate({robot("a", late, truth)}, {});
   ASSERT_FALSE(result.ok());
   EXPECT_THAT(result.error().text(), HasSubstr("a: only 0 poses match a-truth"));
@@ -294,4 +294,4 @@ TEST(OnemapEval, BadInputEndsWithStatus2) {
 }
 
 }  // namespace
-}  // namespace onemap::daemon
+}  // namespace onemap::evaluation

@@ -2,9 +2,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "daemon/evaluation.hpp"
+#include "evaluation/evaluation.hpp"
 
-namespace onemap::daemon {
+namespace onemap::evaluation {
 
 std::string to_json(const TeamEvaluation& evaluation) {
   using Json = nlohmann::ordered_json;
@@ -43,4 +43,4 @@ std::string to_text(const TeamEvaluation& evaluation, const EvaluationSettings& 
                             evaluation.median, evaluation.max);
 }
 
-}  // namespace onemap::daemon
+}  // namespace onemap::evaluation

@@ -10,16 +10,16 @@
 #include "hal/base/result.hpp"
 
 // Trajectory error against ground truth, for one robot or a team. Pure functions: text in, numbers out.
-namespace onemap::daemon {
+namespace onemap::evaluation {
 
-struct StampedPose {
+struct TimedPose {
   double time_s = 0;
   Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();  // metres
 };
 
 // TUM format: `timestamp tx ty tz qx qy qz qw` a line, separated by blanks or commas, '#' starts a comment; quaternions
 // are normalised. Sorted by time. Errors carry NAME:LINE; a file without poses is an error.
-Result<std::vector<StampedPose>> parse_trajectory(std::string_view text, const std::string& name);
+Result<std::vector<TimedPose>> parse_trajectory(std::string_view text, const std::string& name);
 
 // Lines of an associations.txt that are neither blank nor comments: the frames that the sequence has.
 std::size_t count_listed_frames(std::string_view text);
@@ -27,7 +27,7 @@ std::size_t count_listed_frames(std::string_view text);
 // One robot. All estimates of a team are in one frame, and all ground truths are in one frame.
 struct RobotTrajectories {
   std::string estimate_name, truth_name;
-  std::vector<StampedPose> estimate, truth;    // sorted by time, not empty
+  std::vector<TimedPose> estimate, truth;      // sorted by time, not empty
   std::optional<std::size_t> sequence_frames;  // without it, coverage is by the estimates
 };
 
@@ -66,4 +66,4 @@ Eigen::Isometry3d align(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b);
 std::string to_json(const TeamEvaluation& evaluation);
 std::string to_text(const TeamEvaluation& evaluation, const EvaluationSettings& settings);
 
-}  // namespace onemap::daemon
+}  // namespace onemap::evaluation
