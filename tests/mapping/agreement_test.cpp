@@ -96,7 +96,7 @@ TEST_F(AgreementTest, ARobotThatDiedIsWaitedForAndThenNotAnyMore) {
   EXPECT_FALSE(later(12s).over()) << "it came back";
 }
 
-// What others hold of it is still waited for, and when that came, not a moment longer.
+// What others hold of it is still waited for.
 TEST_F(AgreementTest, OfARobotThatDiedTheRecordsThatAnybodyHasAreWaitedFor) {
   link_all();
   take(b.finish());
@@ -104,7 +104,7 @@ TEST_F(AgreementTest, OfARobotThatDiedTheRecordsThatAnybodyHasAreWaitedFor) {
   later(11s, {a.id()});
   ASSERT_TRUE(log.apply(a.submap({1, 0, 0}), kStart + 11s).ok());  // came by way of b
   EXPECT_FALSE(later(20s, {a.id()}).gone().contains(a.id())) << "its records are signs of life";
-  const Agreement none_missing = later(22s, {a.id()}, {a.id()});
+  const Agreement none_missing = later(22s, {a.id()});
   EXPECT_TRUE(none_missing.all_here(a.id()));
   EXPECT_TRUE(none_missing.final_solution());
 }

@@ -24,12 +24,12 @@ bool Agreement::over() const {
       robots_, [&](const RobotId& robot) { return member(robot).finished.has_value() || gone_.contains(robot); });
 }
 
-// Of a robot that is gone comes what anybody has of it. One that lives may have promised more than it wrote: when all
-// that is known of is here, and nothing came for long, that was it.
+// What others have of a robot that is gone would have come: its records are signs of life. One that lives may have
+// promised more than it wrote: when all that is known of is here, and nothing came for long, that was it.
 bool Agreement::nothing_more_comes(const RobotId& robot) const {
-  const bool known_here = presence_.all_known_here(robot), quiet = presence_.quiet(member(robot), now_);
-  if (gone_.contains(robot)) return known_here || quiet;
-  return member(robot).finished && known_here && quiet;
+  if (gone_.contains(robot)) return true;
+  const TeamMember& m = member(robot);
+  return m.finished && presence_.all_known_here(robot) && presence_.quiet(m, now_);
 }
 
 bool Agreement::keyframes_here(const RobotId& robot) const {

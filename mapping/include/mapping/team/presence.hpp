@@ -16,7 +16,7 @@ class Presence {
   void update(std::map<RobotId, Instant> last_sign, std::set<RobotId> records_complete);
 
   Duration silent(const RobotId& robot, const TeamMember& member, Instant now) const;
-  // Silent for longer than is waited for; this robot itself never is.
+  // Silent for longer than is waited for, with no record of it coming either; this robot itself never is.
   bool gone(const RobotId& robot, const TeamMember& member, Instant now) const;
   bool all_known_here(const RobotId& robot) const { return records_complete_.contains(robot); }
   bool quiet(const TeamMember& member, Instant now) const;  // no record of it came for as long as one waits for a robot
