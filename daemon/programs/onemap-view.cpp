@@ -8,7 +8,9 @@
 
 #include <fmt/format.h>
 
+#include "daemon/saved_map.hpp"
 #include "render/camera.hpp"
+#include "render/file.hpp"
 #include "render/gltf_writer.hpp"
 #include "render/ply_reader.hpp"
 #include "render/ply_writer.hpp"
@@ -30,7 +32,7 @@ struct Options {
 };
 
 void declare(CLI::App& app, Options& o) {
-  app.add_option("MAP", o.map, "the map: a .ply or .glb that onemap wrote")->required();
+  app.add_option("MAP", o.map, "the map: a .ply, .glb or .omap that onemap wrote")->required();
   app.add_option("--png", o.png, "write a picture")->group("Output (at least one)")->type_name("FILE");
   app.add_option("--glb", o.glb, "write a glTF 2.0 model: map, trajectories and cameras as named nodes")
       ->group("Output (at least one)")
@@ -93,7 +95,12 @@ std::optional<std::string> parse_size(const std::string& text, render::Style& st
 
 Result<render::Scene> read_map(const std::string& path) {
   if (ends_with(path, ".glb")) return render::read_glb(path);
-  if (!ends_with(path, ".ply")) return Error{path, "neither a .ply nor a .glb"};
+  if (ends_with(path, ".omap")) {
+    const auto bytes = render::read_file(path);
+    if (!bytes) return bytes.error();
+    return daemon::load_map(path, *bytes);
+  }
+  if (!ends_with(path, ".ply")) return Error{path, "neither a .ply, a .glb nor an .omap"};
   auto mesh = render::read_ply(path);
   if (!mesh) return mesh.error();
   render::Scene scene;

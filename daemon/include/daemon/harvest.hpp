@@ -5,6 +5,7 @@
 #include "daemon/config.hpp"
 #include "daemon/log.hpp"
 #include "daemon/outputs.hpp"
+#include "daemon/pictures.hpp"
 #include "daemon/pipeline.hpp"
 #include "daemon/radio.hpp"
 #include "daemon/report.hpp"
@@ -34,8 +35,9 @@ class Harvest {
   void say_costs() const;
   Status write_trajectories() const;
   std::vector<MapPicture> pictures() const;
+  std::uint64_t draw();  // vertices of the global map's files when there are such, else of the local one's
   MapPicture global_picture(const mapping::SolutionRecord& solution) const;
-  Report report(const std::vector<PictureSize>& sizes) const;
+  Report report(std::uint64_t vertices) const;
   RobotReport robot_report() const;
   void keep(const Status& status);
 

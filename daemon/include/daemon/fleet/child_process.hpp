@@ -1,6 +1,7 @@
 #pragma once
 #include <sys/types.h>
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,9 +14,10 @@ namespace onemap::daemon {
 // A program that this process started. Ends with its parent; destroying a running one kills it.
 class ChildProcess {
  public:
-  // Both outputs go to the log file, input is empty, no signal is blocked.
+  // Both outputs go to the log file, input is empty, no signal is blocked. address_space_bytes: what the program may
+  // map at most; 0: as much as this one.
   static Result<ChildProcess> start(const std::string& program, const std::vector<std::string>& arguments,
-                                    const std::string& log_file);
+                                    const std::string& log_file, std::uint64_t address_space_bytes = 0);
   ChildProcess(ChildProcess&& other) noexcept;
   ChildProcess& operator=(ChildProcess&& other) = delete;
   ~ChildProcess();
