@@ -29,11 +29,11 @@ App::App(Config config, Log& log, std::span<const hal::Backend> cameras)
     : config_(std::move(config)), log_(log), cameras_(cameras) {}
 
 Exit App::run(StopSignals& signals) {
-  if (auto status = open_camera(); !status) {
+  if (auto status = guarded("camera", [this] { return open_camera(); }); !status) {
     log_.line("{}", status.error().text());
     return Exit::usage;
   }
-  if (auto status = open_rest(); !status) {
+  if (auto status = guarded("start", [this] { return open_rest(); }); !status) {
     log_.line("{}", status.error().text());
     return Exit::failed;
   }

@@ -26,20 +26,19 @@ void Harvest::keep(const Status& status) {
 
 Status Harvest::write() {
   say_costs();
-  keep(write_trajectories());
-  const std::uint64_t vertices = draw();
+  keep(guarded("trajectories", [this] { return write_trajectories(); }));
+  keep(guarded("pictures", [this] { return draw(); }));
   // The report comes last: who finds it finds everything else.
-  keep(write_text(config_.out + "/report.json", to_json(report(vertices))));
+  keep(guarded("report", [this] { return write_text(config_.out + "/report.json", to_json(report())); }));
   return first_;
 }
 
-std::uint64_t Harvest::draw() {
-  std::uint64_t vertices = 0;
+Status Harvest::draw() {
   for (const PictureResult& result : write_pictures(pictures())) {
     keep(result.status);
-    if (result.status) vertices = result.vertices;
+    if (result.status) vertices_ = result.vertices;
   }
-  return vertices;
+  return success();
 }
 
 void Harvest::say_costs() const {
@@ -102,7 +101,7 @@ RobotReport Harvest::robot_report() const {
   return robot;
 }
 
-Report Harvest::report(std::uint64_t vertices) const {
+Report Harvest::report() const {
   Report report;
   RobotReport robot = robot_report();
   if (from_.team) {
@@ -124,7 +123,7 @@ Report Harvest::report(std::uint64_t vertices) const {
     robot.in_global_map = true;
     robot.map_digest = from_.pipeline.mapper().map().digest();
   }
-  report.global_points = vertices;
+  report.global_points = vertices_;
   report.robots.push_back(std::move(robot));
   return report;
 }

@@ -35,9 +35,9 @@ class Harvest {
   void say_costs() const;
   Status write_trajectories() const;
   std::vector<MapPicture> pictures() const;
-  std::uint64_t draw();  // vertices of the global map's files when there are such, else of the local one's
+  Status draw();
   MapPicture global_picture(const mapping::SolutionRecord& solution) const;
-  Report report(std::uint64_t vertices) const;
+  Report report() const;
   RobotReport robot_report() const;
   void keep(const Status& status);
 
@@ -45,6 +45,7 @@ class Harvest {
   const Sources from_;
   Log& log_;
   Status first_ = success();
+  std::uint64_t vertices_ = 0;  // of the global map's files when there are such, else of the local one's
 };
 
 }  // namespace onemap::daemon
