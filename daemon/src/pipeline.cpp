@@ -10,6 +10,7 @@ namespace onemap::daemon {
 namespace {
 constexpr std::uint64_t kSubmapInterval = 15;  // integrations between two looks for settled blocks
 constexpr std::size_t kSubmapBlocks = 256;
+constexpr std::uint64_t kSubmapMinAge = 10;  // integrations without a change after which a block is published
 }  // namespace
 
 Pipeline::Pipeline(const Config& config, const hal::Intrinsics& intrinsics, BlockingQueue<hal::Frame>& frames,
@@ -74,7 +75,7 @@ void Pipeline::process(const hal::FrameView& frame) {
   const std::uint64_t integrated = mapper_->map().counters().integrated_frames;
   if (integrated >= last_submap_at_ + kSubmapInterval) {
     last_submap_at_ = integrated;
-    drain_submaps(config_.submap_min_age);
+    drain_submaps(kSubmapMinAge);
   }
   ++frames_done_;
   tracked_ = mapper_->counters().tracked;

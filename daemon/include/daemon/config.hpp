@@ -30,7 +30,6 @@ struct Config {
   double lost_after_s = 60;           // a robot that was silent for so long is not waited for
   double peer_wait_s = 20;            // how long a finished robot waits for peers that it never heard (once)
   int matches_picture = 0;            // a picture of the feature matches every so many frames; 0: none
-  std::uint64_t submap_min_age = 10;  // integrations without a change after which a block is published
   mapping::LocalMapperConfig mapper;
   std::size_t global_budget_bytes = 64u << 20;
 
