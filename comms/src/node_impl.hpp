@@ -63,6 +63,7 @@ struct Node::Impl {
   void tick();
   void tick(Link& link);
   void link_down(Link& link);
+  static Instant not_too_often(const Link& link, Instant have_request);
   void changed();  // something that beacons tell
   void beacon_all();
   bool all_consistent() const;

@@ -10,7 +10,6 @@ using std::chrono::milliseconds;
 namespace {
 constexpr std::size_t kMaxServeBytes = 2u << 20;  // whatever credit a neighbour gives itself
 
-constexpr auto kRefusedLogsRetry = std::chrono::seconds(4);
 constexpr auto kTellAuthorGap = std::chrono::seconds(1);
 constexpr std::uint64_t kReordered = 64;  // datagrams that may overtake each other
 }  // namespace
@@ -127,9 +126,8 @@ void Node::Impl::claim(Link& link, std::uint64_t datagram, std::uint64_t digest_
     link.has_refused_logs = false;
     return;
   }
-  // That it speaks makes another try worth while, however many went unanswered; but what we refused will differ again.
-  Instant at = now + milliseconds(50) + link.round_trip.smoothed();
-  if (link.has_refused_logs) at = std::max(at, link.last_have_request + kRefusedLogsRetry);
+  // That it speaks makes another try worth while, however many went unanswered.
+  const Instant at = not_too_often(link, now + milliseconds(50) + link.round_trip.smoothed());
   link.request_have_at = link.request_have_at ? std::min(*link.request_have_at, at) : at;
 }
 

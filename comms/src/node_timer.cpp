@@ -7,7 +7,8 @@ namespace onemap::comms {
 using std::chrono::milliseconds;
 
 namespace {
-constexpr auto kBeaconGap = milliseconds(100);        // beacons on change are not sent faster
+constexpr auto kBeaconGap = milliseconds(100);  // beacons on change are not sent faster
+constexpr auto kRefusedLogsRetry = std::chrono::seconds(4);
 constexpr auto kUnequalInterval = milliseconds(500);  // while a neighbour's digest differs from ours
 }  // namespace
 
@@ -26,10 +27,16 @@ void Node::Impl::tick(Link& link) {
     link.have_request_due = true;
     link.last_have_request = now;
     const unsigned slower = std::clamp(link.have_requests, 6u, 11u) - 6u;
-    link.request_have_at = now + (milliseconds(50) + 2 * link.round_trip.smoothed()) * (1u << slower);
+    link.request_have_at =
+        not_too_often(link, now + (milliseconds(50) + 2 * link.round_trip.smoothed()) * (1u << slower));
     ++link.have_requests;
   }
   if (link.outstanding() > 0 && now >= link.next_ping) link.ping_due = true;
+}
+
+// What we refused of its frontier will differ again.
+Instant Node::Impl::not_too_often(const Link& link, Instant have_request) {
+  return link.has_refused_logs ? std::max(have_request, link.last_have_request + kRefusedLogsRetry) : have_request;
 }
 
 void Node::Impl::link_down(Link& link) {

@@ -49,6 +49,18 @@ TEST(Admission, WhoIsInvalidOrTooLateANumberIsNoNeighbour) {
   EXPECT_TRUE(alone.node.neighbours().empty());
 }
 
+// Nothing is proved about who greeted last from an address where nobody lives.
+TEST(Admission, AForgedLaterLifeOfAnAbsentNeighbourIsNoLife) {
+  NodeConfig config;
+  config.peers = {at(1, 1000)};
+  Alone alone(config);
+  alone.hear(greeting("friend", std::uint64_t{1} << 62, 0, 1), at(1, 1000));
+  alone.hear(greeting("friend", 5, Alone::kLife, 1), at(1, 1000));
+  EXPECT_EQ(alone.node.counters().of(Refusal::former_life), 0u);
+  EXPECT_TRUE(neighbour(alone, at(1, 1000)).alive);
+  EXPECT_EQ(neighbour(alone, at(1, 1000)).incarnation, 5u);
+}
+
 // A robot that starts again where its former life is still believed alive: greeting, greeting that names us, token.
 TEST(Admission, ACandidateThatRepeatsTheTokenTakesThePlace) {
   Alone alone;

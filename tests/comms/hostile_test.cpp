@@ -221,6 +221,18 @@ TEST(Hostile, SpoiltBodiesAreAskedForLessAndLess) {
   EXPECT_EQ(alone.node.frontier().size(), 1u) << "and taken when it is whole";
 }
 
+TEST(Hostile, RefusedLogsAreNotRequestedAgainAndAgain) {
+  Alone alone;
+  Evil evil{alone};
+  evil.befriend("evil");
+  for (int k = 0; k < 200; ++k) {  // ten seconds
+    evil.offer({{{RobotId::from_name("self"), 0, 1000}, 1}});
+    alone.sent_within(50ms);
+  }
+  EXPECT_GE(alone.node.counters().sent(FrameType::have_request), 2u);
+  EXPECT_LE(alone.node.counters().sent(FrameType::have_request), 4u);
+}
+
 TEST(Hostile, GhostsInStatusLeaveNoTrace) {
   Alone alone;
   Evil evil{alone};

@@ -199,6 +199,19 @@ TEST(Replication, WhoseRecordsAreMissingIsKnown) {
 }
 
 // Signs of life: of neighbours by datagrams, of others by what they say and write, over any number of hops.
+TEST(Replication, ANodeOnAnOldStoreGivesEachRobotTimeToShowUp) {
+  MemoryStore store(1u << 20);
+  const RobotId other = RobotId::from_name("other");
+  ASSERT_TRUE(store.append({{{other, 0, 4}, 0}, 1, {}}));
+  Node node({.self = RobotId::from_name("a"), .peers = {}, .group = {}}, store);
+  const Instant start{1000s};
+  node.on_timer(start);
+  EXPECT_EQ(node.presence(start + 1s).at(other).last_sign, start);
+  EXPECT_EQ(node.presence(start + 1s).at(other).incarnation, 4u);
+  EXPECT_FALSE(node.team_agrees(0, {})) << "it has not said what it holds";
+  EXPECT_TRUE(node.team_agrees(0, {other}));
+}
+
 TEST(Replication, PresenceKnowsWhenARobotLastShowedALifeSign) {
   SimNet net(20, {});
   net.add_team(3, sim::line(3));
