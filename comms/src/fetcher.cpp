@@ -17,8 +17,8 @@ constexpr auto kStoreRetry = milliseconds(1000);
 constexpr auto kAvoid = milliseconds(1000);
 }  // namespace
 
-Fetcher::Fetcher(Limits limits, LogStore& store, Counters& counters)
-    : limits_(limits), store_(store), counters_(counters) {
+Fetcher::Fetcher(Limits limits, LogStore& store, Counters& counters, Judge judge)
+    : limits_(limits), store_(store), counters_(counters), judge_(std::move(judge)) {
   // Room for the largest record, or it would never arrive.
   limits_.reassembly_bytes = std::max(limits_.reassembly_bytes, kMaxRecordBytes + 2 * kMaxGuess * kFragmentBytes);
 }
@@ -33,6 +33,28 @@ std::uint32_t Fetcher::held(const LogId& log) const {
   const auto at = store_.frontier().find(log);
   return at == store_.frontier().end() ? 0 : at->second;
 }
+
+// The most that a living neighbour holds of it.
+std::uint32_t Fetcher::offer(const LogId& log, const Links& links) const {
+  std::uint32_t most = 0;
+  for (const auto& [endpoint, link] : links) {
+    const auto at = link.holds.find(log);
+    if (link.alive && at != link.holds.end()) most = std::max(most, at->second);
+  }
+  return most;
+}
+
+std::vector<std::pair<LogId, std::uint32_t>> Fetcher::missing(const Links& links) const {
+  std::vector<std::pair<LogId, std::uint32_t>> all;
+  for (const auto& lane : lacking_)
+    for (const auto& [log, next] : lane) {
+      const std::uint32_t have = held(log), there = offer(log, links);
+      if (there > have) all.emplace_back(log, there - have);
+    }
+  return all;
+}
+
+std::string Fetcher::store_full() const { return blocked_.empty() ? std::string() : blocked_.begin()->second.why; }
 
 void Fetcher::offered(const LogId& log) { lacking_[log.lane].try_emplace(log, held(log)); }
 
@@ -60,7 +82,8 @@ void Fetcher::plan(Instant now, Links& links) {
 void Fetcher::ask_missing(Instant now, std::uint8_t lane, Links& links) {
   for (auto it = needs_[lane].begin(); it != needs_[lane].end();) {
     const RecordId id = *it++;  // asking for all of it takes it out of the set
-    Fetch& fetch = fetches_.at(id);
+    Fetch& fetch = fetches_.find(id)->second;
+    if (fetch.not_before > now) continue;
     if (fetch.target == nullptr) fetch.target = choose(now, id, links);
     if (fetch.target != nullptr) ask(now, *fetch.target, id, fetch);
   }
@@ -69,20 +92,15 @@ void Fetcher::ask_missing(Instant now, std::uint8_t lane, Links& links) {
 void Fetcher::open_more(Instant now, std::uint8_t lane, Links& links) {
   for (auto it = lacking_[lane].begin(); it != lacking_[lane].end();) {
     const LogId log = it->first;
-    std::uint32_t offer = 0;
-    for (const auto& [endpoint, link] : links) {
-      const auto at = link.holds.find(log);
-      if (link.alive && at != link.holds.end()) offer = std::max(offer, at->second);
-    }
-    const std::uint32_t have = held(log);
-    if (offer <= have) {
+    const std::uint32_t have = held(log), offered = offer(log, links);
+    if (offered <= have) {
       it = lacking_[lane].erase(it);
       continue;
     }
     std::uint32_t& next = it->second;
     next = std::max(next, have);
     if (!blocked_.contains(log))
-      while (next < std::min(offer, have + kLookahead) && open(now, {log, next}, links)) ++next;
+      while (next < std::min(offered, have + kLookahead) && open(now, {log, next}, links)) ++next;
     ++it;
   }
 }
@@ -164,11 +182,15 @@ void Fetcher::ask_run(Instant now, Link& link, const RecordId& id, Fetch& fetch,
 void Fetcher::on_data(Instant now, Link& from, const wire::Data& data) {
   const auto at = fetches_.find(data.id);
   if (at == fetches_.end() || at->second.complete) {
-    ++counters_.refused[static_cast<std::size_t>(Refusal::data_unasked)];
+    counters_.refuse(Refusal::data_unasked);
     counters_.duplicate_body_bytes += data.bytes.size();
     return;
   }
   Fetch& fetch = at->second;
+  if (const Refusal refused = judge_(data.id.log); refused != Refusal::count) {
+    counters_.refuse(refused);
+    return abandon([&](const LogId& log) { return log == data.id.log; });
+  }
   if (!learn(from, data, fetch)) return;
   std::uint32_t& state = fetch.fragments[data.fragment];
   if (state != kMissing && state != kReceived && fetch.target != nullptr) {
@@ -198,11 +220,11 @@ void Fetcher::on_data(Instant now, Link& from, const wire::Data& data) {
 bool Fetcher::learn(Link& from, const wire::Data& data, Fetch& fetch) {
   if (fetch.known) {
     if (fetch.kind == data.kind && fetch.total_bytes == data.total_bytes && fetch.hash == data.body_hash) return true;
-    ++counters_.refused[static_cast<std::size_t>(Refusal::data_conflict)];
+    counters_.refuse(Refusal::data_conflict);
     if (&from != fetch.target) return false;
     restart(data.id, fetch);  // whom we ask now counts more than whom we asked before
   }
-  if (!reserve(data.id, data.total_bytes)) return false;
+  if (!reserve(data.id, fetch, data.total_bytes)) return false;
   const std::uint32_t count = wire::fragments_of(data.total_bytes);
   cut(data.id, fetch, count);
   fetch.known = true;
@@ -220,11 +242,10 @@ bool Fetcher::learn(Link& from, const wire::Data& data, Fetch& fetch) {
 
 // Makes the fetch's reservation the record's real size, or closes the fetch: then it is opened again, with the size
 // known, when there is room.
-bool Fetcher::reserve(const RecordId& id, std::uint32_t bytes) {
-  Fetch& fetch = fetches_.at(id);
+bool Fetcher::reserve(const RecordId& id, Fetch& fetch, std::uint32_t bytes) {
   const std::size_t more = bytes > fetch.reserved_bytes ? bytes - fetch.reserved_bytes : 0;
   if (!make_room(id, more)) {
-    ++counters_.refused[static_cast<std::size_t>(Refusal::reassembly_full)];
+    counters_.refuse(Refusal::reassembly_full);
     close(id);
     remember_size(id, bytes);
     return false;
@@ -278,10 +299,13 @@ void Fetcher::answered(Instant now, Link& target, const RecordId& id, std::uint3
 
 void Fetcher::settle(Instant now, Link& from, const RecordId& id, Fetch& fetch) {
   if (wire::body_hash(fetch.kind, fetch.body) != fetch.hash) {
-    ++counters_.refused[static_cast<std::size_t>(Refusal::data_bad_hash)];
+    counters_.refuse(Refusal::data_bad_hash);
     restart(id, fetch);
     fetch.target = nullptr;
     from.avoid_until = now + kAvoid;
+    // Bad luck once; who spoils it again and again is not worth the bandwidth.
+    if (++fetch.bad_bodies > 1) fetch.not_before = now + kAvoid * (1u << std::min(fetch.bad_bodies - 2, 6u));
+    wake_ = std::min(wake_, std::max(fetch.not_before, now));
     return;
   }
   fetch.complete = true;
@@ -294,10 +318,14 @@ void Fetcher::store_in_order(Instant now, const LogId& log) {
        at = fetches_.find({log, held(log)})) {
     const RecordId id = at->first;
     Fetch& fetch = at->second;
+    if (const Refusal refused = judge_(log); refused != Refusal::count) {
+      counters_.refuse(refused);
+      return abandon([&](const LogId& other) { return other == log; });
+    }
     // The body is copied only when the store may refuse it: then it must survive for the next try.
-    if (!store_.append({id, fetch.kind, fetch.body})) {
-      ++counters_.refused[static_cast<std::size_t>(Refusal::store_refused)];
-      blocked_[log] = now + kStoreRetry;
+    if (auto kept = store_.append({id, fetch.kind, fetch.body}); !kept) {
+      counters_.refuse(Refusal::store_refused);
+      blocked_[log] = {now + kStoreRetry, kept.error().text()};
       return;
     }
     ++counters_.records_received;
