@@ -182,9 +182,9 @@ Exit App::verdict(End end, const Status& written) {
   if (radio_ && config_.once) {
     const RadioView radio = radio_->view();
     for (const std::string& peer : radio.peers_never_heard) log_.line("peer {} was never heard", peer);
-    const std::set<RobotId> gone = team_->view().gone;
-    if (!gone.empty()) log_.line("the map is without the rest of {}: silent to the end", names(gone));
-    complete = complete && standing_.agreed && radio.peers_never_heard.empty() && gone.empty();
+    const std::set<RobotId> cut_short = team_->view().cut_short;
+    if (!cut_short.empty()) log_.line("the map is without the rest of {}: silent to the end", names(cut_short));
+    complete = complete && standing_.agreed && radio.peers_never_heard.empty() && cut_short.empty();
     if (!standing_.agreed && !standing_.waiting.empty()) log_.line("{}", standing_.waiting);
   }
   log_.line("{}; everything is in {}", complete ? "done" : "unfinished", config_.out);

@@ -62,7 +62,8 @@ Status Harvest::write_trajectories() const {
     const auto member = members.find(solved.robot);
     if (member == members.end() || !solved.robot.valid()) continue;  // a file's name is a checked name
     const std::string file = config_.out + "/global/" + solved.robot.name() + ".txt";
-    const std::string text = trajectory_text(member->second.poses, mapping::from_quantized(solved.T_global_robot));
+    const std::string text =
+        trajectory_text(member->second.trajectory(), mapping::from_quantized(solved.T_global_robot));
     if (auto status = write_text(file, text); !status) return status;
   }
   return success();
@@ -73,8 +74,8 @@ MapPicture Harvest::global_picture(const mapping::SolutionRecord& solution) cons
   std::vector<SavedPath> paths;
   for (const auto& solved : solution.robots)
     if (const auto member = members.find(solved.robot); member != members.end())
-      paths.push_back(make_path(solved.robot.name(), paths.size(), member->second.poses, member->second.keyframe_poses,
-                                solved.T_global_robot));
+      paths.push_back(make_path(solved.robot.name(), paths.size(), member->second.trajectory(),
+                                member->second.keyframe_poses, solved.T_global_robot));
   return {config_.out + "/global", save_map("global map", paths, *from_.team->map().map())};
 }
 

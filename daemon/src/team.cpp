@@ -1,6 +1,9 @@
 #include "daemon/team.hpp"
 
+#include <utility>
+
 #include "daemon/clock.hpp"
+#include "daemon/team_words.hpp"
 
 namespace onemap::daemon {
 
@@ -9,9 +12,9 @@ constexpr auto kLook = std::chrono::milliseconds(250);
 constexpr auto kLongestEnd = std::chrono::milliseconds(1500);  // for the map that was being built when asked to stop
 }  // namespace
 
-Team::Team(const RobotId& self, std::uint64_t, const TeamMapConfig& config, Publish publish, Failures& failures,
-           Log& log)
-    : failures_(failures), map_(self, config, std::move(publish), log) {}
+Team::Team(const RobotId& self, std::uint64_t incarnation, const TeamMapConfig& config, Publish publish,
+           Failures& failures, Log& log)
+    : failures_(failures), log_(log), publish_(std::move(publish)), map_(self, incarnation, config) {}
 
 Team::~Team() { stop(); }
 
@@ -31,51 +34,79 @@ void Team::stop() {
 void Team::apply(std::shared_ptr<const Record> record) {
   {
     const std::lock_guard lock(mutex_);
-    inbox_.push_back(std::move(record));
+    inbox_.records.push_back(std::move(record));
     view_.settled = false;  // until the thread has looked at it
   }
   wake_.notify_one();
 }
 
-void Team::begin_life(std::uint64_t) {}
-void Team::presence(const std::map<RobotId, Instant>&, const std::set<RobotId>&) {}
+void Team::begin_life(std::uint64_t incarnation) {
+  {
+    const std::lock_guard lock(mutex_);
+    inbox_.new_life = incarnation;
+    view_.settled = false;
+  }
+  wake_.notify_one();
+}
+
+void Team::presence(const std::map<RobotId, Instant>& last_sign, const std::set<RobotId>& records_complete) {
+  const std::lock_guard lock(mutex_);
+  inbox_.last_sign = last_sign;
+  inbox_.records_complete = records_complete;
+  inbox_.presence = true;
+}
 
 TeamView Team::view() const {
   const std::lock_guard lock(mutex_);
   return view_;
 }
 
-std::vector<std::shared_ptr<const Record>> Team::wait_for_records() {
+Team::Inbox Team::take(bool wait) {
   std::unique_lock lock(mutex_);
   // Some work becomes due by time alone.
-  wake_.wait_for(lock, kLook, [&] { return stopping_ || !inbox_.empty(); });
+  if (wait) wake_.wait_for(lock, kLook, [&] { return stopping_ || !inbox_.empty(); });
   return std::exchange(inbox_, {});
+}
+
+void Team::apply_all(Inbox inbox, Instant arrived) {
+  if (inbox.new_life) map_.begin_life(*inbox.new_life);
+  if (inbox.presence) map_.presence(std::move(inbox.last_sign), std::move(inbox.records_complete));
+  for (const auto& record : inbox.records) {
+    map_.apply(record, arrived);
+    hand_out();  // at once: what is refused must not pile up
+  }
+}
+
+void Team::hand_out() {
+  for (const mapping::TeamEvent& event : map_.take_events()) say(event, log_);
+  for (mapping::TeamRecord& record : map_.take_records()) publish_({record.lane, record.kind, std::move(record.body)});
+}
+
+void Team::show() {
+  const std::lock_guard lock(mutex_);
+  view_ = map_.view();
+  view_.settled = view_.settled && inbox_.empty();
 }
 
 void Team::run() {
   bool busy = false;
   while (!stopping_) {
-    std::vector<std::shared_ptr<const Record>> records;
-    if (busy) {
-      const std::lock_guard lock(mutex_);
-      records = std::exchange(inbox_, {});
-    } else {
-      records = wait_for_records();
-    }
+    Inbox inbox = take(!busy);
     const Instant arrived = now();
-    for (const auto& record : records) map_.apply(record, arrived);
+    apply_all(std::move(inbox), arrived);
     if (stopping_) break;
-    busy = map_.step(arrived, [this] { return stopping_.load(); });
-    map_.observe(now());
-    const std::lock_guard lock(mutex_);
-    view_ = map_.view();
-    view_.settled = view_.settled && inbox_.empty();
+    const Instant began = now();
+    busy = map_.step(began, [this] { return stopping_.load(); });
+    const Instant done = now();
+    map_.took(done - began);
+    map_.observe(done);
+    hand_out();
+    show();
   }
   const Instant end = now() + kLongestEnd;
   map_.finish_fusion([&] { return now() > end; });
-  const std::lock_guard lock(mutex_);
-  view_ = map_.view();
-  view_.settled = view_.settled && inbox_.empty();
+  hand_out();
+  show();
 }
 
 }  // namespace onemap::daemon

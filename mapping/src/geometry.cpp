@@ -55,7 +55,12 @@ Vector3d roll_pitch_yaw(const Matrix3d& R) {
 }
 
 namespace {
-std::int32_t rounded(double v) { return static_cast<std::int32_t>(v < 0 ? v - 0.5 : v + 0.5); }
+// What does not fit is the farthest that does: records from outside may place a robot anywhere.
+std::int32_t rounded(double v) {
+  constexpr double kMost = 2147483647.0;
+  if (!(v > -kMost)) return -2147483647;
+  return v >= kMost ? 2147483647 : static_cast<std::int32_t>(v < 0 ? v - 0.5 : v + 0.5);
+}
 constexpr double kTranslationUnit_m = 1e-5;
 constexpr double kQuaternionOne = 1 << 30;
 }  // namespace

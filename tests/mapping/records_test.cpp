@@ -87,11 +87,12 @@ LinkRecord random_link(Random& random) {
   LinkRecord out;
   out.a = RobotId::from_name("robot1");
   out.b = RobotId::from_name("robot" + std::to_string(random.integer(2, 9)));
-  out.incarnation_b = random.next();
+  out.incarnation_other = random.next();
   out.keyframes_a = static_cast<std::uint32_t>(random.next());
   out.keyframes_b = static_cast<std::uint32_t>(random.next());
   out.reason = static_cast<LinkReason>(random.integer(0, 6));
-  out.inliers = static_cast<std::uint32_t>(random.next());
+  out.supporting_pairs = static_cast<std::uint32_t>(random.integer(1, 32));
+  out.inliers = static_cast<std::uint32_t>(random.integer(0, 1000));
   out.ratio_e4 = static_cast<std::uint32_t>(random.integer(0, 10000));
   out.error_um = static_cast<std::int32_t>(random.integer(0, 1 << 30));
   out.T_a_b = random_pose(random);
@@ -103,7 +104,9 @@ SolutionRecord random_solution(Random& random) {
   const auto n = random.integer(1, 9);
   for (int i = 1; i <= n; ++i)
     out.robots.push_back({RobotId::from_name("robot" + std::to_string(i)), random_pose(random)});
-  out.reference = out.robots[static_cast<std::size_t>(random.integer(0, n - 1))].robot;
+  auto& reference = out.robots[static_cast<std::size_t>(random.integer(0, n - 1))];
+  reference.T_global_robot = {};
+  out.reference = reference.robot;
   out.links_used = static_cast<std::uint32_t>(random.next());
   return out;
 }
@@ -270,6 +273,71 @@ TEST(Records, NamesTheFieldThatBreaksABound) {
   submap.blocks.clear();
   submap.truncation_um = 1;
   expect_refused(decode_submap(encode(submap)), "truncation_um");
+  submap.truncation_um = 101 * submap.voxel_um;
+  expect_refused(decode_submap(encode(submap)), "truncation_um");
+}
+
+TEST(Records, RefuseRobotsThatHaveNoValidName) {
+  Random random(7);
+  for (const std::string name : {"../../PWNED", "a/b", "..", "!\xff\x1b[31m\n", "x y", ""}) {
+    LinkRecord link = random_link(random);
+    link.b = RobotId::from_name(name);
+    link.a = RobotId::from_name("\x01");
+    expect_refused(decode_link(encode(link)), "record, a: no robot's name");
+    link.a = RobotId::from_name("-");
+    if (link.a < link.b) expect_refused(decode_link(encode(link)), "record, b: no robot's name");
+    SolutionRecord solution = random_solution(random);
+    solution.reference = RobotId::from_name(name);
+    expect_refused(decode_solution(encode(solution)), "reference: no robot's name");
+    solution = random_solution(random);
+    solution.robots.insert(solution.robots.begin(), {RobotId::from_name(name), {}});
+    expect_refused(decode_solution(encode(solution)), "robots.robot: no robot's name");
+  }
+  LinkRecord hidden = random_link(random);
+  hidden.b.bytes[15] = 'x';  // behind the zero that ends the name
+  expect_refused(decode_link(encode(hidden)), "record, b: no robot's name");
+}
+
+TEST(Records, LinksClaimNoMoreThanTheirPairsCanHave) {
+  Random random(8);
+  LinkRecord link = random_link(random);
+  link.reason = LinkReason::accepted;
+  link.supporting_pairs = 2;
+  link.inliers = 2000;
+  EXPECT_TRUE(decode_link(encode(link)).ok());
+  link.inliers = 2001;
+  expect_refused(decode_link(encode(link)), "inliers");
+  link.supporting_pairs = 1025;
+  expect_refused(decode_link(encode(link)), "supporting_pairs");
+}
+
+TEST(Records, TheReferenceOfASolutionIsItsOrigin) {
+  SolutionRecord solution;
+  solution.reference = RobotId::from_name("a");
+  solution.robots.push_back({solution.reference, {}});
+  EXPECT_TRUE(decode_solution(encode(solution)).ok());
+  solution.robots[0].T_global_robot.t_10um = {2147483647, -2147483647, 0};
+  expect_refused(decode_solution(encode(solution)), "origin");
+}
+
+// What a submap will cost is known from its first bytes, and a lie about it is refused before anything is taken.
+TEST(Records, ASubmapsHeaderTellsWhatDecodingCosts) {
+  Random random(9);
+  SubmapRecord submap;
+  while (submap.blocks.size() < 3) submap = random_submap(random);
+  Bytes body = encode(submap);
+  const auto header = decode_submap_header(body);
+  ASSERT_TRUE(header.ok()) << header.error().text();
+  EXPECT_EQ(header->blocks, submap.blocks.size());
+  EXPECT_EQ(header->voxel_um, submap.voxel_um);
+  EXPECT_GE(header->content_bytes, submap.blocks.size() * 76);
+  body[12] = 1;  // fewer blocks than the content is for
+  expect_refused(decode_submap_header(body), "more content than the blocks can need");
+  expect_refused(decode_submap(body), "more content than the blocks can need");
+  body[12] = 200;
+  expect_refused(decode_submap_header(body), "more than the content holds");
+  body.resize(body.size() - 1);
+  expect_refused(decode_submap_header(body), "blocks");
 }
 
 }  // namespace

@@ -28,11 +28,6 @@ Pose placed(const SolutionRecord& s, const char* name) {
   return {};
 }
 
-TEST(Elect, TakesTheLowestId) {
-  const std::vector<RobotId> robots{id("c"), id("a"), id("b")};
-  EXPECT_EQ(elect(robots), id("a"));
-}
-
 TEST(Solve, ReferenceHasTheMostAndBestMatches) {
   const std::vector<RobotId> robots{id("a"), id("b"), id("c")};
   const std::vector<LinkRecord> links{link("a", "b", 100, {1, 0, 0}), link("b", "c", 300, {0, 2, 0})};
@@ -64,6 +59,29 @@ TEST(Solve, RobotWithoutMatchesStaysOut) {
   const SolutionRecord s = solve(robots, links);
   EXPECT_EQ(s.robots.size(), 2u);
   EXPECT_FALSE(std::any_of(s.robots.begin(), s.robots.end(), [](const SolvedRobot& r) { return r.robot == id("c"); }));
+}
+
+// Two robots that praise each other do not take the map from three.
+TEST(Solve, TheLargestGroupIsTheMap) {
+  const std::vector<RobotId> robots{id("-x"), id("-y"), id("a"), id("b"), id("c")};
+  const std::vector<LinkRecord> links{link("-x", "-y", 32000, {1, 0, 0}), link("a", "b", 100, {1, 0, 0}),
+                                      link("b", "c", 90, {0, 1, 0})};
+  const SolutionRecord s = solve(robots, links);
+  EXPECT_EQ(s.reference, id("b"));
+  EXPECT_EQ(s.robots.size(), 3u);
+}
+
+TEST(Solve, RobotsBeyondWhatAPoseCanSayAreAsFarAsItCan) {
+  const std::vector<RobotId> robots{id("a"), id("b"), id("c")};
+  const std::vector<LinkRecord> links{link("a", "b", 100, {20000, 0, 0}), link("b", "c", 200, {-20000, 20000, 0})};
+  const SolutionRecord s = solve(robots, links);
+  EXPECT_EQ(s.reference, id("b"));
+  const std::vector<LinkRecord> chain{link("a", "b", 300, {20000, 0, 0}), link("b", "c", 200, {20000, 0, 0}),
+                                      link("a", "d", 1000, {0, 0, 0})};
+  const std::vector<RobotId> four{id("a"), id("b"), id("c"), id("d")};
+  const SolutionRecord far = solve(four, chain);
+  EXPECT_EQ(far.reference, id("a"));
+  EXPECT_EQ(far.robots[2].T_global_robot.t_10um[0], 2147483647);
 }
 
 TEST(Solve, OneRobotAloneIsItsOwnReference) {

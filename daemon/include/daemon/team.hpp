@@ -1,15 +1,24 @@
 #pragma once
 #include <atomic>
 #include <condition_variable>
+#include <map>
 #include <mutex>
+#include <optional>
+#include <set>
 
-#include "daemon/team_map.hpp"
+#include "daemon/log.hpp"
+#include "daemon/outgoing.hpp"
 #include "daemon/worker.hpp"
+#include "mapping/team/team_map.hpp"
 
 namespace onemap::daemon {
 
+using mapping::TeamMapConfig;
+using mapping::TeamView;
+using mapping::Waiting;
+
 // The team thread: applies everybody's records to the TeamMap and does its work, however long a piece takes; neither
-// the frame path nor the radio waits for it.
+// the frame path nor the radio waits for it. What happens in the team goes into the log from here.
 class Team {
  public:
   Team(const RobotId& self, std::uint64_t incarnation, const TeamMapConfig& config, Publish publish, Failures& failures,
@@ -21,19 +30,35 @@ class Team {
   void start();
   void stop();                                       // within two seconds, whatever is being done
   void apply(std::shared_ptr<const Record> record);  // from the radio; the store bounds how much can wait
+  // From the radio: this robot's records come again, under this number; records of the life before do not count.
   void begin_life(std::uint64_t incarnation);
+  // Any thread: when each robot was last known to live, and of whom every record that is known of is here.
   void presence(const std::map<RobotId, Instant>& last_sign, const std::set<RobotId>& records_complete);
   TeamView view() const;
-  const TeamMap& map() const { return map_; }  // after stop()
+  const mapping::TeamMap& map() const { return map_; }  // after stop()
 
  private:
+  struct Inbox {
+    std::vector<std::shared_ptr<const Record>> records;
+    std::optional<std::uint64_t> new_life;  // before those of the records that are of it
+    std::map<RobotId, Instant> last_sign;
+    std::set<RobotId> records_complete;
+    bool presence = false;
+    bool empty() const { return records.empty() && !new_life; }
+  };
   void run();
-  std::vector<std::shared_ptr<const Record>> wait_for_records();
+  Inbox take(bool wait);
+  void apply_all(Inbox inbox, Instant arrived);
+  void hand_out();
+  void show();
+
   Failures& failures_;
-  TeamMap map_;
-  mutable std::mutex mutex_;
+  Log& log_;
+  const Publish publish_;
+  mapping::TeamMap map_;
+  mutable std::mutex mutex_;  // of inbox_ and view_
   std::condition_variable wake_;
-  std::vector<std::shared_ptr<const Record>> inbox_;
+  Inbox inbox_;
   TeamView view_;
   std::atomic<bool> stopping_ = false;
   Worker thread_;

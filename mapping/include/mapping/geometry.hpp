@@ -42,7 +42,7 @@ double rotation_angle(const Matrix3d& R);
 Vector3d roll_pitch_yaw(const Matrix3d& R);
 
 // A pose as integers, as it stands in records: translation in units of 10 micrometres, quaternion (w x y z, w >= 0)
-// in units of 2^-30. Converting back gives the same doubles on every machine.
+// in units of 2^-30; farther than 21 km becomes 21 km. Converting back gives the same doubles on every machine.
 struct QuantizedPose {
   std::array<std::int32_t, 3> t_10um{};
   std::array<std::int32_t, 4> q_wxyz{1 << 30, 0, 0, 0};

@@ -18,7 +18,8 @@ RobotId FieldReader::robot(std::string_view field) {
   RobotId id;
   const auto part = bytes(id.bytes.size(), field);
   if (part.size() == id.bytes.size()) std::copy(part.begin(), part.end(), id.bytes.begin());
-  return id;
+  require(id.valid(), field, "no robot's name");
+  return ok() ? id : RobotId{};
 }
 
 QuantizedPose FieldReader::pose(std::string_view field) {

@@ -9,7 +9,7 @@ std::vector<std::uint8_t> encode(const LinkRecord& record) {
   ByteWriter out(body);
   put(out, record.a);
   put(out, record.b);
-  out.put(record.incarnation_b);
+  out.put(record.incarnation_other);
   out.put(record.keyframes_a);
   out.put(record.keyframes_b);
   out.put(record.keyframe_a);
@@ -29,7 +29,7 @@ Result<LinkRecord> decode_link(std::span<const std::uint8_t> body) {
   out.a = in.robot("a");
   out.b = in.robot("b");
   in.require(out.a < out.b, "b", "not after a");
-  out.incarnation_b = in.get<std::uint64_t>("incarnation_b");
+  out.incarnation_other = in.get<std::uint64_t>("incarnation_other");
   out.keyframes_a = in.get<std::uint32_t>("keyframes_a");
   out.keyframes_b = in.get<std::uint32_t>("keyframes_b");
   out.keyframe_a = in.get<std::uint32_t>("keyframe_a");
@@ -43,6 +43,9 @@ Result<LinkRecord> decode_link(std::span<const std::uint8_t> body) {
   in.require(out.ratio_e4 <= 10000, "ratio_e4", "more than 10000");
   out.error_um = in.get<std::int32_t>("error_um");
   in.require(out.error_um >= 0, "error_um", "negative");
+  const std::uint64_t most = std::uint64_t{kMaxInliersOfPair} * out.supporting_pairs;
+  in.require(out.supporting_pairs <= kMaxSupportingPairs, "supporting_pairs", "more than are looked at");
+  in.require(out.reason != LinkReason::accepted || out.inliers <= most, "inliers", "more than the pairs have features");
   out.T_a_b = in.pose("T_a_b");
   return in.finish(out);
 }

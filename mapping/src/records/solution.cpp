@@ -33,7 +33,9 @@ Result<SolutionRecord> decode_solution(std::span<const std::uint8_t> body) {
     out.robots[i].robot = in.robot("robots.robot");
     out.robots[i].T_global_robot = in.pose("robots.T_global_robot");
     in.require(i == 0 || out.robots[i - 1].robot < out.robots[i].robot, "robots.robot", "not sorted");
-    has_reference = has_reference || out.robots[i].robot == out.reference;
+    if (out.robots[i].robot != out.reference) continue;
+    has_reference = true;
+    in.require(out.robots[i].T_global_robot == QuantizedPose{}, "reference", "not at the origin of its own frame");
   }
   in.require(has_reference, "reference", "not among the robots");
   out.links_used = in.get<std::uint32_t>("links_used");

@@ -19,7 +19,8 @@ constexpr std::size_t kMaxBlocks = 512;
 constexpr std::size_t kMaskBytes = kBlockVoxels / 8;
 constexpr std::size_t kKeyBytes = 12;
 constexpr std::size_t kMostVoxelBytes = 7;  // of the planes, colour mask included
-constexpr std::size_t kMaxContent = kMaxBlocks * (kKeyBytes + kMaskBytes + kBlockVoxels * kMostVoxelBytes);
+constexpr std::size_t kLeastBlockBytes = kKeyBytes + kMaskBytes;
+constexpr std::size_t kMostBlockBytes = kLeastBlockBytes + kBlockVoxels * kMostVoxelBytes;
 constexpr std::int32_t kFarthestBlock = 1 << 20;
 constexpr int kZstdLevel = 3;
 
@@ -140,13 +141,33 @@ void read_voxels(FieldReader& in, std::vector<SubmapBlock>& blocks) {
   }
 }
 
-std::vector<std::uint8_t> decompress(FieldReader& in, std::span<const std::uint8_t> frame) {
+// The declared size of the frame's content, within what so many blocks can need.
+std::size_t content_size(FieldReader& in, std::span<const std::uint8_t> frame, std::size_t blocks) {
   const unsigned long long size = ZSTD_getFrameContentSize(frame.data(), frame.size());
   in.require(size != ZSTD_CONTENTSIZE_ERROR && size != ZSTD_CONTENTSIZE_UNKNOWN, "blocks", "not a sized zstd frame");
-  in.require(size <= kMaxContent, "blocks", "more content than allowed");
+  in.require(size >= blocks * kLeastBlockBytes, "blocks", "more than the content holds");
+  in.require(size <= blocks * kMostBlockBytes, "blocks", "more content than the blocks can need");
   in.require(ZSTD_findFrameCompressedSize(frame.data(), frame.size()) == frame.size(), "blocks", "not one zstd frame");
-  if (!in.ok()) return {};
-  std::vector<std::uint8_t> content(static_cast<std::size_t>(size));
+  return in.ok() ? static_cast<std::size_t>(size) : 0;
+}
+
+SubmapHeader read_header(FieldReader& in, std::span<const std::uint8_t>& frame) {
+  SubmapHeader out;
+  out.anchor_keyframe = in.get<std::uint32_t>("anchor_keyframe");
+  out.voxel_um = in.get<std::int32_t>("voxel_um");
+  in.require(out.voxel_um >= 1000 && out.voxel_um <= 1'000'000, "voxel_um", "not 1 mm to 1 m");
+  out.truncation_um = in.get<std::int32_t>("truncation_um");
+  in.require(out.truncation_um >= out.voxel_um && out.truncation_um <= std::int64_t{100} * out.voxel_um,
+             "truncation_um", "not 1 to 100 voxels");
+  out.blocks = in.get<std::uint16_t>("blocks");
+  in.require(out.blocks <= kMaxBlocks, "blocks", "more than 512");
+  frame = in.bytes(in.remaining(), "blocks");
+  if (in.ok()) out.content_bytes = content_size(in, frame, out.blocks);
+  return out;
+}
+
+std::vector<std::uint8_t> decompress(FieldReader& in, std::span<const std::uint8_t> frame, std::size_t size) {
+  std::vector<std::uint8_t> content(size);
   const std::size_t got = ZSTD_decompress(content.data(), content.size(), frame.data(), frame.size());
   in.require(ZSTD_isError(got) == 0 && got == content.size(), "blocks", "damaged zstd frame");
   return content;
@@ -175,22 +196,23 @@ std::vector<std::uint8_t> encode(const SubmapRecord& record) {
   return body;
 }
 
+Result<SubmapHeader> decode_submap_header(std::span<const std::uint8_t> body) {
+  FieldReader in("submap", body);
+  std::span<const std::uint8_t> frame;
+  const SubmapHeader header = read_header(in, frame);
+  return in.finish(header);
+}
+
 Result<SubmapRecord> decode_submap(std::span<const std::uint8_t> body) {
   FieldReader in("submap", body);
-  SubmapRecord out;
-  out.anchor_keyframe = in.get<std::uint32_t>("anchor_keyframe");
-  out.voxel_um = in.get<std::int32_t>("voxel_um");
-  in.require(out.voxel_um >= 1000 && out.voxel_um <= 1'000'000, "voxel_um", "not 1 mm to 1 m");
-  out.truncation_um = in.get<std::int32_t>("truncation_um");
-  in.require(out.truncation_um >= out.voxel_um && out.truncation_um <= std::int64_t{100} * out.voxel_um,
-             "truncation_um", "not 1 to 100 voxels");
-  const std::size_t blocks = in.get<std::uint16_t>("blocks");
-  in.require(blocks <= kMaxBlocks, "blocks", "more than 512");
-  const std::vector<std::uint8_t> content = decompress(in, in.bytes(in.remaining(), "blocks"));
-  in.require(content.size() >= blocks * (kKeyBytes + kMaskBytes), "blocks", "more than the content holds");
+  std::span<const std::uint8_t> frame;
+  const SubmapHeader header = read_header(in, frame);
   if (!in.ok()) return in.finish(SubmapRecord{});
+  const std::vector<std::uint8_t> content = decompress(in, frame, header.content_bytes);
+  if (!in.ok()) return in.finish(SubmapRecord{});
+  SubmapRecord out{header.anchor_keyframe, header.voxel_um, header.truncation_um, {}};
   FieldReader inner("submap", content);
-  out.blocks.resize(blocks);
+  out.blocks.resize(header.blocks);
   read_keys(inner, out.blocks);
   read_voxels(inner, out.blocks);
   return inner.finish(std::move(out));

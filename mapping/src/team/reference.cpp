@@ -4,6 +4,8 @@
 #include <map>
 #include <vector>
 
+#include "mapping/team/election.hpp"
+
 namespace onemap::mapping {
 
 namespace {
@@ -31,22 +33,20 @@ std::vector<LinkRecord> usable(std::span<const RobotId> robots, std::span<const 
 RobotId most_matched(std::span<const RobotId> robots, const std::vector<LinkRecord>& links) {
   std::map<RobotId, std::uint64_t> sum;
   for (const RobotId& id : robots) sum[id] = 0;
-  for (const LinkRecord& link : links) sum[link.a] += quality(link), sum[link.b] += quality(link);
+  for (const LinkRecord& link : links)
+    for (const RobotId& end : {link.a, link.b})
+      if (const auto at = sum.find(end); at != sum.end()) at->second += quality(link);
   return std::max_element(sum.begin(), sum.end(), [](const auto& x, const auto& y) { return x.second < y.second; })
       ->first;
 }
 
 }  // namespace
 
-RobotId elect(std::span<const RobotId> robots) {
-  return robots.empty() ? RobotId{} : *std::min_element(robots.begin(), robots.end());
-}
-
 SolutionRecord solve(std::span<const RobotId> robots, std::span<const LinkRecord> links) {
   SolutionRecord solution;
   if (robots.empty()) return solution;
   const std::vector<LinkRecord> good = usable(robots, links);
-  solution.reference = most_matched(robots, good);
+  solution.reference = most_matched(islands(robots, good).front(), good);
   std::map<RobotId, Pose> placed{{solution.reference, Pose{}}};
   // Eq. (12), best link first: a maximum spanning tree grown from the reference.
   for (bool grown = true; grown;) {

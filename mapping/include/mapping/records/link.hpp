@@ -19,15 +19,18 @@ enum class LinkReason : std::uint8_t {
   inconsistent
 };
 
-// A verified (or refused) relation of two robots' maps: the paper's quality ratio and eq. (11).
+inline constexpr std::uint32_t kMaxSupportingPairs = 1024, kMaxInliersOfPair = 1000;
+
+// A verified (or refused) relation of two robots' maps: the paper's quality ratio and eq. (11). One of the two writes
+// it: a, and b only when a is gone.
 struct LinkRecord {                                // lane poses
   RobotId a, b;                                    // a < b
-  std::uint64_t incarnation_b = 0;                 // whose records of b these were; a's is that of the record's log
+  std::uint64_t incarnation_other = 0;             // which life of the other one; the author's is that of its log
   std::uint32_t keyframes_a = 0, keyframes_b = 0;  // so many keyframes of each were looked at
   std::uint32_t keyframe_a = 0, keyframe_b = 0;    // the best pair of clouds r, s
   LinkReason reason = LinkReason::accepted;
-  std::uint32_t supporting_pairs = 0;  // pairs of clouds that agree with the transform
-  std::uint32_t inliers = 0;           // matched features that agree, over all supporting pairs
+  std::uint32_t supporting_pairs = 0;  // pairs of clouds that agree with the transform; at most 1024
+  std::uint32_t inliers = 0;           // matched features that agree, over all supporting pairs; 1000 of each at most
   std::uint32_t ratio_e4 = 0;          // quality ratio of the best pair: inliers / features, times 10000
   std::int32_t error_um = 0;           // rms of the supporting pairs' residual
   QuantizedPose T_a_b;                 // ref_a T ref_b

@@ -14,7 +14,7 @@ struct SolvedRobot {
   QuantizedPose T_global_robot;
 };
 struct SolutionRecord {             // lane poses; of the elected robot; the last one counts
-  RobotId reference;                // the global frame is this robot's own frame
+  RobotId reference;                // the global frame is this robot's own frame: its pose is the identity
   std::vector<SolvedRobot> robots;  // in the map, sorted by id, the reference among them; at most 1024
   std::uint32_t links_used = 0;
 };

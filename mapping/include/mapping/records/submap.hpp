@@ -27,6 +27,15 @@ struct SubmapRecord {                 // lane voxels; blocks sorted by key, no k
 };
 
 std::vector<std::uint8_t> encode(const SubmapRecord& record);  // compressed losslessly
+// What a body says that it holds, without decompressing it: what decoding would cost is known before anything is
+// decoded. The bounds of these fields and of the content's size are checked; the content is not.
+struct SubmapHeader {
+  std::uint32_t anchor_keyframe = 0;
+  std::int32_t voxel_um = 0, truncation_um = 0;
+  std::size_t blocks = 0;         // at most 512
+  std::size_t content_bytes = 0;  // of the decompressed part; at most what 512 blocks need
+};
+Result<SubmapHeader> decode_submap_header(std::span<const std::uint8_t> body);
 Result<SubmapRecord> decode_submap(std::span<const std::uint8_t> body);
 
 }  // namespace onemap::mapping

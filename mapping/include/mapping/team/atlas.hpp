@@ -55,15 +55,18 @@ class Atlas {
 };
 
 // One robot's submaps with only those blocks that count: what was published again later is dropped as it comes, so
-// memory grows with the map and not with how often it was published.
+// memory grows with the map and not with how often it was published, and never beyond max_blocks.
 class LatestSubmaps {
  public:
-  explicit LatestSubmaps(const RobotId& robot) : robot_(robot) {}
+  LatestSubmaps(const RobotId& robot, std::size_t max_blocks) : robot_(robot), max_blocks_(max_blocks) {}
+  // To be asked before a record is decoded, with the blocks that its header says it has.
+  bool has_room(std::size_t blocks) const { return seen_.size() + blocks <= max_blocks_; }
   void add_older(std::uint32_t sequence, SubmapRecord record);  // in falling order of sequence
   std::span<const Atlas::Submap> submaps() const { return submaps_; }
 
  private:
   const RobotId robot_;
+  const std::size_t max_blocks_;
   std::set<std::tuple<std::int32_t, std::int32_t, BlockKey>> seen_;  // voxel size, truncation, block
   std::deque<SubmapRecord> records_;                                 // a deque: submaps_ points into it
   std::vector<Atlas::Submap> submaps_;

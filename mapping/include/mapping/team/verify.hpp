@@ -37,8 +37,8 @@ struct KeyframeSource {
 };
 
 // All pairs of two robots' keyframes, and from the pairs that agree one transform T_a_b (eq. 9-11). reason says why
-// not. Robot a's id is the lower; incarnation_b is the caller's to write. Asks stop() between pairs of clouds and gives
-// up without a result when it says true.
+// not. Robot a's id is the lower; incarnation_other is the caller's to write. Asks stop() between pairs of clouds and
+// gives up without a result when it says true.
 std::optional<LinkRecord> verify_robots(const KeyframeSource& a, const KeyframeSource& b, const VerifyConfig& config,
                                         const std::function<bool()>& stop);
 

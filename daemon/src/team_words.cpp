@@ -1,0 +1,89 @@
+#include "daemon/team_words.hpp"
+
+#include <fmt/format.h>
+
+namespace onemap::daemon {
+
+namespace {
+
+using mapping::LinkReason;
+
+const char* words(LinkReason reason) {
+  switch (reason) {
+    case LinkReason::accepted:
+      return "accepted";
+    case LinkReason::too_few_matches:
+      return "too few matches";
+    case LinkReason::fundamental_failed:
+      return "no fundamental matrix";
+    case LinkReason::depth_incoherent:
+      return "depth does not agree";
+    case LinkReason::ransac_failed:
+      return "no rigid motion agrees";
+    case LinkReason::icp_failed:
+      return "the clouds do not fit";
+    case LinkReason::inconsistent:
+      return "pairs of clouds contradict each other";
+  }
+  return "a reason of a later version";
+}
+
+struct Words {
+  Log& log;
+
+  void operator()(const mapping::RobotJoined& e) const {
+    log.line("robot {} joined with {}", e.robot.name(), e.camera);
+  }
+  void operator()(const mapping::RobotFinished& e) const {
+    log.line("robot {} finished: {} frames, {} tracked, {} keyframes, {} submaps", e.robot.name(), e.record.frames,
+             e.record.tracked, e.record.keyframes, e.record.submaps);
+  }
+  void operator()(const mapping::RobotGone& e) const {
+    log.line("robot {} is not waited for any more: silent for {:.0f} s", e.robot.name(), to_seconds(e.silent));
+  }
+  void operator()(const mapping::RobotBack& e) const { log.line("robot {} is back", e.robot.name()); }
+  void operator()(const mapping::LinkLooked& e) const {
+    const mapping::LinkRecord& link = e.link;
+    const std::string by = e.author == link.a ? "" : fmt::format(" (looked at by {})", e.author.name());
+    if (link.reason == LinkReason::accepted)
+      log.line("link {} - {} accepted: {} pairs of clouds agree, {} inliers, ratio {:.2f}, error {:.1f} mm{}",
+               link.a.name(), link.b.name(), link.supporting_pairs, link.inliers, link.ratio_e4 * 1e-4,
+               link.error_um * 1e-3, by);
+    else
+      log.line("link {} - {} refused: {}, {} pairs of clouds agree, {} inliers{}", link.a.name(), link.b.name(),
+               words(link.reason), link.supporting_pairs, link.inliers, by);
+  }
+  void operator()(const mapping::RecordRefused& e) const {
+    log.limited("record", "record {} of {} refused: {}", e.id.seq, e.id.log.robot.name(), e.reason);
+  }
+  void operator()(const mapping::DeciderPassedOver& e) const {
+    log.line("robot {} {}; the next one decides", e.robot.name(),
+             e.published ? "published a solution that the links refute: refused"
+                         : "should have published the team's solution");
+  }
+  void operator()(const mapping::MapFused& e) const {
+    std::string names;
+    for (const auto& robot : e.solution.robots) names.append(" ").append(robot.robot.name());
+    log.line("{} map {:016x}: reference {}, {} links, robots{}, {} submaps, {} blocks, {} refused",
+             e.final ? "global" : "interim", e.digest, e.solution.reference.name(), e.solution.links_used, names,
+             e.submaps, e.blocks, e.blocks_refused);
+    if (e.blocks_refused > 0)
+      log.line("the global map is full: {} times a block found no room (global_budget_mb)", e.blocks_refused);
+    if (e.submaps_left_out > 0)
+      log.line(
+          "{} submaps are left out of the global map: one robot has more than may be decoded for it "
+          "(global_budget_mb)",
+          e.submaps_left_out);
+  }
+  void operator()(const mapping::MapSettled& e) const {
+    if (e.blocks > 0) return;
+    log.line("the team's map {:016x} is EMPTY: no submap of a robot in it could be used ({} refused)", e.digest,
+             e.submaps_refused);
+  }
+};
+
+}  // namespace
+
+void say(const mapping::TeamEvent& event, Log& log) { std::visit(Words{log}, event); }
+
+}  // namespace onemap::daemon

@@ -1,0 +1,126 @@
+#pragma once
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "mapping/records/kind.hpp"
+#include "mapping/team/agreement.hpp"
+#include "mapping/team/map_fusion.hpp"
+#include "mapping/team/pair_schedule.hpp"
+#include "mapping/team/patience.hpp"
+#include "mapping/team/presence.hpp"
+#include "mapping/team/team_event.hpp"
+#include "mapping/team/team_log.hpp"
+#include "mapping/team/verify.hpp"
+
+namespace onemap::mapping {
+
+struct TeamMapConfig {
+  AtlasConfig atlas;
+  VerifyConfig verify;
+  Duration lost_after = std::chrono::seconds(60);  // a robot that was silent for so long is not waited for
+  Duration merge_while_mapping{};  // at most so often while robots map; zero: only when all have finished
+};
+
+// Where the team stands, as this robot knows it.
+struct TeamView {
+  std::uint64_t robots_known = 0, robots_finished = 0, robots_in_map = 0;
+  bool settled = false;          // all that will come of all robots is here, verified, solved, and fused
+  std::uint64_t digest = 0;      // of the last global map; 0: none yet
+  std::vector<Waiting> waiting;  // for the final map, of others
+  std::set<RobotId> gone;        // silent for too long, so not waited for
+  std::set<RobotId> cut_short;   // of those, the ones of which a part is missing for good
+  std::uint64_t blocks = 0, blocks_refused = 0;            // of the last global map; refused: it was full
+  std::uint64_t submaps_left_out = 0;                      // of the last global map: more than may be decoded
+  std::uint64_t records_refused = 0, submaps_refused = 0;  // malformed or not its author's to write; and of these
+  Duration merge{};                                        // from the end of the last robot's work to the global map
+};
+
+// Records that could not be used, of one kind.
+struct RefusedRecords {
+  std::uint64_t count = 0;
+  std::string last_reason;
+};
+
+// The team's map from everybody's records (the paper, section 4): the parts of this folder put together. Which robot
+// does what follows from the records: of each pair the lower id verifies, one elected robot decides (publishes the
+// Solution), and everyone fuses what was decided once it is what the links say. What is concluded while robots still
+// map is replaced by what is concluded from all records, so in the end equal record sets give equal maps. A robot that
+// is gone is not waited for, and the next one does its work. Used by one thread.
+class TeamMap {
+ public:
+  using Stop = std::function<bool()>;
+  TeamMap(const RobotId& self, std::uint64_t incarnation, const TeamMapConfig& config);
+
+  // A record that comms applied: any robot's, this one's too; each log in order.
+  void apply(const RecordPtr& record, Instant now);
+  void begin_life(std::uint64_t incarnation);  // this robot's records come again, under this number
+  // When each robot was last known to live, and of whom every record that is known of is here.
+  void presence(std::map<RobotId, Instant> last_sign, std::set<RobotId> records_complete);
+  // Does the next piece of work that the records allow; false when there is none. Pieces take up to seconds; they end
+  // early, with nothing done, when stop() says true.
+  bool step(
+      Instant now, const Stop& stop = [] { return false; });
+  void took(Duration cost);  // the last step: rare work is done for a tenth of the time at most
+  // After a step: looks where the team stands.
+  void observe(Instant now);
+  // At the end: finishes the map that was being built, from the records that there are, unless stop() says true before.
+  void finish_fusion(const Stop& stop);
+
+  std::vector<TeamRecord> take_records() { return std::exchange(records_, {}); }  // to be written by this robot
+  std::vector<TeamEvent> take_events() { return std::exchange(events_, {}); }
+
+  const TeamView& view() const { return view_; }
+  const std::map<RobotId, TeamMember>& members() const { return log_.members(); }
+  // Of the global map; nothing while it is being built.
+  std::optional<SolutionRecord> solution() const;
+  const VoxelMap* map() const { return fusion_.map(); }
+  std::vector<LinkRecord> links() const;                                               // that count, sorted by pair
+  const std::map<std::uint16_t, RefusedRecords>& refused() const { return refused_; }  // by kind
+
+ private:
+  void refuse(const RecordId& id, std::uint16_t kind, const std::string& reason);
+  void tell(const Record& record, bool first_hello);
+  PairSchedule::Keyframes keyframes(const Agreement& team, const RobotId& robot) const;
+  bool verify_next_pair(const Agreement& team, Instant now, const Stop& stop);
+  bool mine_to_verify(const Agreement& team, const RobotId& other, Instant now);
+  bool verify(const Agreement& team, const RobotId& other, Instant now, const Stop& stop);
+  std::optional<SolutionRecord> wanted(const Agreement& team) const;  // the final one, else an interim one
+  std::optional<RobotId> decider(const Agreement& team) const;
+  bool decided(const Agreement& team, const SolutionRecord& wanted) const;
+  bool decide(const Agreement& team, const std::optional<SolutionRecord>& wanted);
+  bool fuse(const Agreement& team, const std::optional<SolutionRecord>& wanted, Instant now, const Stop& stop);
+  void fused(bool final);
+  void note_end(const Agreement& team, Instant now);
+  void note_gone(const Agreement& team);
+  void look_at_decider(const Agreement& team, const std::optional<SolutionRecord>& final, Instant now);
+  void update_view(const Agreement& team, const std::optional<SolutionRecord>& final);
+
+  const RobotId self_;
+  const TeamMapConfig config_;
+  TeamLog log_;
+  Presence presence_;
+  PairSchedule schedule_;
+  Patience<RobotId> verifiers_;  // of pairs with this robot, whose turn it was
+  Patience<RobotId> deciders_;
+  std::set<RobotId> passed_over_;  // deciders that did not do it
+  std::optional<SolutionRecord> published_;
+  MapFusion fusion_;
+  std::set<RecordId> malformed_;   // submaps that were to be fused
+  Instant next_interim_fusion_{};  // not before
+  std::optional<RobotId> looked_;  // the last step verified the pair with this one,
+  bool added_ = false;             // or fused a robot
+  bool over_ = false;              // as last looked
+  Instant over_at_{}, fused_at_{};
+  bool fused_anew_ = false;  // since the last observe()
+  std::optional<std::uint64_t> told_settled_;
+  std::vector<TeamRecord> records_;
+  std::vector<TeamEvent> events_;
+  std::map<std::uint16_t, RefusedRecords> refused_;
+  TeamView view_;
+};
+
+}  // namespace onemap::mapping

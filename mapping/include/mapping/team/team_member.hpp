@@ -1,0 +1,50 @@
+#pragma once
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/base/record.hpp"
+#include "hal/base/time.hpp"
+#include "mapping/records/finished.hpp"
+#include "mapping/records/link.hpp"
+#include "mapping/records/solution.hpp"
+#include "mapping/records/trajectory.hpp"
+
+namespace onemap::mapping {
+
+using RecordPtr = std::shared_ptr<const Record>;
+
+// One robot of the team by its records of one life. What is large stays encoded, in the bodies that the store holds
+// anyway: a robot costs here a pointer a record and a pose a keyframe, whatever its records would decode to.
+struct TeamMember {
+  static constexpr std::size_t kMaxKeyframes = 4096, kMaxLinks = 256;  // what is beyond is refused
+
+  std::uint64_t incarnation = 0;  // of the life that these records are from: the newest one heard of
+  std::string name, camera;       // no name: no valid Hello yet, so the robot does not count; camera is printable
+  std::optional<FinishedRecord> finished;
+  std::vector<RecordPtr> keyframes;                        // those that decode, in order of their log
+  std::vector<RecordPtr> submaps;                          // those whose header is valid, in order of their log
+  std::vector<RecordPtr> trajectories;                     // those that decode, in order of their log
+  std::size_t poses = 0;                                   // in them
+  std::size_t keyframes_refused = 0, submaps_refused = 0;  // they count for completeness, and nothing else
+  bool poses_refused = false;                              // some are missing for good
+  std::vector<QuantizedPose> keyframe_poses;
+  std::optional<SolutionRecord> solution;  // the last one that it published
+  std::map<RobotId, LinkRecord> links;     // the last one that it published of each pair, by the other robot
+  Instant heard{};                         // when its last record came
+
+  // Takes a record of this robot. The error says what is malformed; then nothing but the counts above changed.
+  Status apply(const RecordPtr& record);
+
+  bool counts() const { return !name.empty(); }
+  bool keyframes_complete() const { return finished && keyframes.size() + keyframes_refused >= finished->keyframes; }
+  bool complete() const {
+    return keyframes_complete() && submaps.size() + submaps_refused >= finished->submaps &&
+           (poses_refused || poses >= finished->tracked);
+  }
+  std::vector<StampedPose> trajectory() const;  // decoded, in the robot's own frame
+};
+
+}  // namespace onemap::mapping

@@ -1,0 +1,267 @@
+#include "mapping/team/team_map.hpp"
+
+#include <algorithm>
+
+#include "mapping/records/keyframe.hpp"
+#include "mapping/team/election.hpp"
+#include "mapping/team/link_table.hpp"
+#include "mapping/team/reference.hpp"
+
+namespace onemap::mapping {
+
+namespace {
+
+bool equal(const std::optional<SolutionRecord>& a, const std::optional<SolutionRecord>& b) {
+  return a.has_value() == b.has_value() && (!a || encode(*a) == encode(*b));
+}
+
+// Members keep only keyframes that decode.
+KeyframeSource keyframes_of(const RobotId& robot, const TeamMember& member) {
+  return {robot, member.keyframes.size(), [&member](std::size_t i) {
+            auto keyframe = decode_keyframe(member.keyframes[i]->body);
+            return keyframe ? std::move(*keyframe) : KeyframeRecord{};
+          }};
+}
+
+}  // namespace
+
+TeamMap::TeamMap(const RobotId& self, std::uint64_t incarnation, const TeamMapConfig& config)
+    : self_(self),
+      config_(config),
+      log_(self, incarnation),
+      presence_(self, config.lost_after),
+      schedule_(config.merge_while_mapping),
+      verifiers_(config.lost_after),
+      deciders_(config.lost_after),
+      fusion_(config.atlas) {}
+
+void TeamMap::apply(const RecordPtr& record, Instant now) {
+  const TeamMember* before = log_.find(record->id.log.robot);
+  const bool greeted = before != nullptr && before->counts() && before->incarnation == record->id.log.incarnation;
+  view_.settled = false;  // until somebody has looked
+  const auto taken = log_.apply(record, now);
+  if (!taken)
+    refuse(record->id, record->kind, taken.error().text());
+  else if (*taken)
+    tell(*record, !greeted);
+}
+
+void TeamMap::refuse(const RecordId& id, std::uint16_t kind, const std::string& reason) {
+  RefusedRecords& refused = refused_[kind];
+  ++refused.count;
+  refused.last_reason = reason;
+  ++view_.records_refused;
+  if (static_cast<RecordKind>(kind) == RecordKind::submap) ++view_.submaps_refused;
+  events_.emplace_back(RecordRefused{id, kind, reason});
+}
+
+void TeamMap::tell(const Record& record, bool first_hello) {
+  const RobotId& robot = record.id.log.robot;
+  const TeamMember* member = log_.find(robot);
+  if (member == nullptr) return;
+  const auto kind = static_cast<RecordKind>(record.kind);
+  if (kind == RecordKind::hello && first_hello && robot != self_)
+    events_.emplace_back(RobotJoined{robot, member->camera});
+  if (kind == RecordKind::finished && member->finished) events_.emplace_back(RobotFinished{robot, *member->finished});
+  if (kind != RecordKind::link) return;
+  if (const auto link = decode_link(record.body); link) events_.emplace_back(LinkLooked{robot, *link});
+}
+
+void TeamMap::begin_life(std::uint64_t incarnation) {
+  log_.begin_life(incarnation);
+  view_.settled = false;
+}
+
+void TeamMap::presence(std::map<RobotId, Instant> last_sign, std::set<RobotId> records_complete) {
+  presence_.update(std::move(last_sign), std::move(records_complete));
+}
+
+bool TeamMap::step(Instant now, const Stop& stop) {
+  looked_.reset();
+  added_ = false;
+  const Agreement team(log_, presence_, now);
+  note_end(team, now);
+  if (verify_next_pair(team, now, stop)) return true;
+  const auto wanted_now = wanted(team);
+  return decide(team, wanted_now) || fuse(team, wanted_now, now, stop);
+}
+
+void TeamMap::took(Duration cost) {
+  if (looked_) schedule_.took(*looked_, cost);
+  if (added_) next_interim_fusion_ += 10 * cost;
+}
+
+PairSchedule::Keyframes TeamMap::keyframes(const Agreement& team, const RobotId& robot) const {
+  const TeamMember* member = log_.find(robot);
+  if (member == nullptr) return {};
+  return {member->incarnation, member->keyframes.size(), team.keyframes_here(robot)};
+}
+
+// The lower id's work, or the other's when that one is gone or takes too long.
+bool TeamMap::mine_to_verify(const Agreement& team, const RobotId& other, Instant now) {
+  const auto verifier = team.verifier(self_, other);
+  const bool owed =
+      verifier == other && team.keyframes_here(self_) && team.keyframes_here(other) && !team.verified(self_, other);
+  return verifiers_.exhausted(other, owed, now) || verifier == self_;
+}
+
+bool TeamMap::verify_next_pair(const Agreement& team, Instant now, const Stop& stop) {
+  if (log_.find(self_) == nullptr) return false;
+  for (const RobotId& other : team.robots())
+    if (other != self_ && mine_to_verify(team, other, now) &&
+        schedule_.due(keyframes(team, self_), other, keyframes(team, other), now))
+      return verify(team, other, now, stop);
+  return false;
+}
+
+bool TeamMap::verify(const Agreement& team, const RobotId& other, Instant now, const Stop& stop) {
+  const TeamMember *mine = log_.find(self_), *theirs = log_.find(other);
+  if (mine == nullptr || theirs == nullptr) return false;
+  const KeyframeSource own = keyframes_of(self_, *mine), foreign = keyframes_of(other, *theirs);
+  const bool lower = self_ < other;
+  auto link = verify_robots(lower ? own : foreign, lower ? foreign : own, config_.verify, stop);
+  if (!link) return false;
+  link->incarnation_other = theirs->incarnation;
+  const bool linked = link->reason == LinkReason::accepted;
+  const PairSchedule::Keyframes have = keyframes(team, self_), they_have = keyframes(team, other);
+  // While mapping, a refusal is only news when it takes a link back.
+  if ((have.all && they_have.all) || linked || schedule_.linked(other, theirs->incarnation))
+    records_.push_back({Lane::poses, RecordKind::link, encode(*link)});
+  schedule_.verified(have, other, they_have, linked, now);
+  looked_ = other;
+  return true;
+}
+
+std::optional<SolutionRecord> TeamMap::wanted(const Agreement& team) const {
+  if (auto final = team.final_solution()) return final;
+  if (config_.merge_while_mapping <= Duration::zero() || team.over()) return std::nullopt;
+  const auto all = counting_links(log_);
+  const auto accepted = [](const auto& link) { return link.reason == LinkReason::accepted; };
+  if (std::ranges::none_of(all, accepted)) return std::nullopt;
+  return solve(team.robots(), all);
+}
+
+std::optional<RobotId> TeamMap::decider(const Agreement& team) const {
+  const auto may = [&](const RobotId& robot) { return !team.gone().contains(robot) && !passed_over_.contains(robot); };
+  return elect(islands(team.robots(), counting_links(log_)), may);
+}
+
+// Only the elected robot's Solution counts, and that of those that were elected before they went; and only when it is
+// what the links that are here say: nobody can put a robot where the records do not.
+bool TeamMap::decided(const Agreement& team, const SolutionRecord& wanted) const {
+  const auto elected = decider(team);
+  return std::ranges::any_of(team.robots(), [&](const RobotId& robot) {
+    const bool may = robot == elected || team.gone().contains(robot) || passed_over_.contains(robot);
+    return may && equal(log_.find(robot)->solution, wanted);
+  });
+}
+
+bool TeamMap::decide(const Agreement& team, const std::optional<SolutionRecord>& wanted) {
+  if (!wanted || equal(wanted, published_) || decider(team) != self_ || decided(team, *wanted)) return false;
+  published_ = wanted;
+  records_.push_back({Lane::poses, RecordKind::solution, encode(*wanted)});
+  return true;
+}
+
+bool TeamMap::fuse(const Agreement& team, const std::optional<SolutionRecord>& wanted, Instant now, const Stop& stop) {
+  const bool final = team.over(), outdated = fusion_.outdated(log_);
+  const bool current = wanted && !outdated && equal(fusion_.solution(), wanted);
+  // What was begun while robots map is finished first, even when its solution is out of date by then.
+  if (!fusion_.underway() || (!current && (outdated || final))) {
+    if (!wanted || (current && fusion_.complete(log_)) || !decided(team, *wanted)) return false;
+    if (!final && now < next_interim_fusion_) return false;
+    fusion_.begin(*wanted);
+    next_interim_fusion_ = now + config_.merge_while_mapping;
+  }
+  const TeamMember* member = log_.find(fusion_.next());
+  if (member == nullptr) return false;
+  if (final && !team.all_here(fusion_.next())) return false;  // its voxels are still on their way
+  if (!fusion_.add(*member, stop)) return false;
+  added_ = true;
+  if (fusion_.done()) fused(final);
+  return true;
+}
+
+void TeamMap::finish_fusion(const Stop& stop) {
+  while (fusion_.underway()) {
+    const TeamMember* member = log_.find(fusion_.next());
+    if (member == nullptr || !fusion_.add(*member, stop)) break;
+    if (fusion_.done()) fused(over_);
+  }
+}
+
+void TeamMap::fused(bool final) {
+  for (const auto& [id, reason] : fusion_.take_malformed())
+    if (malformed_.insert(id).second) refuse(id, static_cast<std::uint16_t>(RecordKind::submap), reason);
+  fused_anew_ = true;
+  view_.digest = fusion_.digest();
+  view_.robots_in_map = fusion_.solution()->robots.size();
+  view_.blocks = fusion_.map()->used();
+  view_.blocks_refused = fusion_.map()->counters().blocks_refused;
+  view_.submaps_left_out = fusion_.submaps_left_out();
+  events_.emplace_back(MapFused{final, view_.digest, *fusion_.solution(), fusion_.submaps(), fusion_.submaps_left_out(),
+                                fusion_.map()->used(), view_.blocks_refused});
+}
+
+void TeamMap::note_end(const Agreement& team, Instant now) {
+  const bool over = !team.robots().empty() && team.over();
+  if (over && !over_) over_at_ = now;
+  over_ = over;
+}
+
+void TeamMap::note_gone(const Agreement& team) {
+  for (const RobotId& robot : team.gone())
+    if (!view_.gone.contains(robot)) events_.emplace_back(RobotGone{robot, team.silent(robot)});
+  for (const RobotId& robot : view_.gone)
+    if (!team.gone().contains(robot)) events_.emplace_back(RobotBack{robot});
+  view_.gone = team.gone();
+  view_.cut_short.clear();
+  for (const RobotId& robot : team.gone())
+    if (const TeamMember* member = log_.find(robot); member != nullptr && !member->complete())
+      view_.cut_short.insert(robot);
+}
+
+// All is there for the decision: whoever should make it has a while; then it is the next one's.
+void TeamMap::look_at_decider(const Agreement& team, const std::optional<SolutionRecord>& final, Instant now) {
+  if (!final) {
+    deciders_.reset();
+    passed_over_.clear();
+    return;
+  }
+  const auto elected = decider(team);
+  if (!elected || *elected == self_ || !deciders_.exhausted(*elected, !decided(team, *final), now)) return;
+  passed_over_.insert(*elected);
+  const TeamMember* member = log_.find(*elected);
+  events_.emplace_back(DeciderPassedOver{*elected, member != nullptr && member->solution.has_value()});
+}
+
+void TeamMap::update_view(const Agreement& team, const std::optional<SolutionRecord>& final) {
+  view_.robots_known = team.robots().size();
+  view_.robots_finished = 0;
+  for (const RobotId& robot : team.robots()) view_.robots_finished += log_.find(robot)->finished ? 1 : 0;
+  view_.waiting = team.waiting();
+  const auto elected = decider(team);
+  if (view_.waiting.empty() && final && elected && *elected != self_ && !decided(team, *final))
+    view_.waiting.push_back({*elected, Waiting::What::solution, team.silent(*elected)});
+  const bool all_here = std::ranges::all_of(team.robots(), [&](const RobotId& r) { return team.all_here(r); });
+  const bool settled = final && all_here && fusion_.complete(log_) && equal(final, fusion_.solution());
+  if (settled && std::exchange(told_settled_, view_.digest) != view_.digest)
+    events_.emplace_back(MapSettled{view_.digest, view_.blocks, view_.submaps_refused});
+  view_.settled = settled;
+  view_.merge = settled ? std::max(Duration::zero(), Duration(fused_at_ - over_at_)) : Duration::zero();
+}
+
+void TeamMap::observe(Instant now) {
+  if (std::exchange(fused_anew_, false)) fused_at_ = now;
+  const Agreement team(log_, presence_, now);
+  const auto final = team.final_solution();
+  note_gone(team);
+  look_at_decider(team, final, now);
+  update_view(team, final);
+}
+
+std::optional<SolutionRecord> TeamMap::solution() const { return fusion_.done() ? fusion_.solution() : std::nullopt; }
+
+std::vector<LinkRecord> TeamMap::links() const { return counting_links(log_); }
+
+}  // namespace onemap::mapping

@@ -1,0 +1,97 @@
+#include "mapping/team/team_member.hpp"
+
+#include "hal/base/text.hpp"
+#include "mapping/records/hello.hpp"
+#include "mapping/records/keyframe.hpp"
+#include "mapping/records/kind.hpp"
+#include "mapping/records/submap.hpp"
+
+namespace onemap::mapping {
+
+namespace {
+
+template <class Body>
+Status keep(Result<Body> decoded, std::optional<Body>& place) {
+  if (!decoded) return decoded.error();
+  place = std::move(*decoded);
+  return success();
+}
+
+Status keep_hello(const Record& record, TeamMember& member) {
+  auto hello = decode_hello(record.body);
+  if (!hello) return hello.error();
+  if (hello->name != record.id.log.robot.name()) return Error{"hello record, name", "not that of the log's robot"};
+  member.name = std::move(hello->name);
+  member.camera = printable(hello->camera);
+  return success();
+}
+
+Status keep_keyframe(const RecordPtr& record, TeamMember& member) {
+  auto keyframe = decode_keyframe(record->body);
+  if (!keyframe) return ++member.keyframes_refused, keyframe.error();
+  if (member.keyframes.size() == TeamMember::kMaxKeyframes)
+    return ++member.keyframes_refused, Error{"keyframe record", "this robot has as many as are looked at"};
+  member.keyframes.push_back(record);
+  member.keyframe_poses.push_back(keyframe->T_robot_keyframe);
+  return success();
+}
+
+Status keep_poses(const RecordPtr& record, TeamMember& member) {
+  auto batch = decode_trajectory(record->body);
+  if (!batch) return member.poses_refused = true, batch.error();
+  member.trajectories.push_back(record);
+  member.poses += batch->poses.size();
+  return success();
+}
+
+Status keep_submap(const RecordPtr& record, TeamMember& member) {
+  auto header = decode_submap_header(record->body);
+  if (!header) return ++member.submaps_refused, header.error();
+  member.submaps.push_back(record);
+  return success();
+}
+
+Status keep_link(const Record& record, TeamMember& member) {
+  auto link = decode_link(record.body);
+  if (!link) return link.error();
+  const RobotId& author = record.id.log.robot;
+  if (link->a != author && link->b != author) return Error{"link record", "not written by a robot of its pair"};
+  const RobotId& other = link->a == author ? link->b : link->a;
+  if (member.links.size() >= TeamMember::kMaxLinks && !member.links.contains(other))
+    return Error{"link record", "this robot has links to as many as are looked at"};
+  member.links.insert_or_assign(other, *link);
+  return success();
+}
+
+}  // namespace
+
+Status TeamMember::apply(const RecordPtr& record) {
+  switch (static_cast<RecordKind>(record->kind)) {
+    case RecordKind::hello:
+      return keep_hello(*record, *this);
+    case RecordKind::keyframe:
+      return keep_keyframe(record, *this);
+    case RecordKind::trajectory:
+      return keep_poses(record, *this);
+    case RecordKind::submap:
+      return keep_submap(record, *this);
+    case RecordKind::link:
+      return keep_link(*record, *this);
+    case RecordKind::solution:
+      return keep(decode_solution(record->body), solution);
+    case RecordKind::finished:
+      return keep(decode_finished(record->body), finished);
+  }
+  return Error{"kind " + std::to_string(record->kind), "not known to this version"};
+}
+
+std::vector<StampedPose> TeamMember::trajectory() const {
+  std::vector<StampedPose> out;
+  out.reserve(poses);
+  for (const RecordPtr& record : trajectories)
+    if (const auto batch = decode_trajectory(record->body); batch)
+      out.insert(out.end(), batch->poses.begin(), batch->poses.end());
+  return out;
+}
+
+}  // namespace onemap::mapping

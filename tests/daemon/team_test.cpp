@@ -1,0 +1,101 @@
+// The team's thread: what is handed to it from other threads reaches the map, and what the map wants goes out.
+#include "daemon/team.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "daemon/clock.hpp"
+#include "support/team_author.hpp"
+
+namespace onemap::daemon {
+namespace {
+
+using namespace std::chrono_literals;
+using test::Author;
+
+template <class Condition>
+bool wait_until(Condition condition) {
+  const Instant end = now() + 20s;
+  while (!condition() && now() < end) std::this_thread::sleep_for(2ms);
+  return condition();
+}
+
+struct TeamThread : testing::Test {
+  Author self = test::small_robot("a"), other = test::small_robot("b");
+  Log log{"a"};
+  Failures failures;
+  std::mutex mutex;
+  std::vector<OutgoingRecord> published;
+  TeamMapConfig config;
+
+  std::unique_ptr<Team> begin() {
+    config.atlas.map.budget_bytes = 4u << 20;
+    auto team = std::make_unique<Team>(
+        self.id(), self.incarnation(), config,
+        [this](OutgoingRecord record) {
+          const std::lock_guard lock(mutex);
+          published.push_back(std::move(record));
+        },
+        failures, log);
+    team->start();
+    return team;
+  }
+  static void hand(Team& team, const Author& author) {
+    for (const auto& record : author.written()) team.apply(record);
+  }
+  // Puts what was published into this robot's log.
+  bool append(Team& team) {
+    std::vector<OutgoingRecord> records;
+    {
+      const std::lock_guard lock(mutex);
+      records.swap(published);
+    }
+    for (const OutgoingRecord& record : records)
+      team.apply(self.write(record.lane, static_cast<std::uint16_t>(record.kind), record.body));
+    return !records.empty();
+  }
+};
+
+TEST_F(TeamThread, WorksOnWhatItIsGivenUntilTheMapIsSettled) {
+  self.finish();
+  other.finish();
+  const auto team = begin();
+  hand(*team, self);
+  hand(*team, other);
+  EXPECT_TRUE(wait_until([&] { return append(*team), team->view().settled; }));
+  EXPECT_EQ(team->view().robots_known, 2u);
+  team->stop();
+  EXPECT_TRUE(team->map().solution().has_value());
+  EXPECT_FALSE(failures.any());
+}
+
+TEST_F(TeamThread, HearsWhoIsThereAndWhoIsNot) {
+  config.lost_after = 1h;
+  self.finish();
+  const auto team = begin();
+  hand(*team, self);
+  hand(*team, other);
+  team->presence({{other.id(), now() - 2h}, {self.id(), now()}}, {});
+  EXPECT_TRUE(wait_until([&] { return team->view().waiting.size() == 1; })) << "its records came just now";
+  EXPECT_EQ(team->view().waiting[0].robot, other.id());
+  EXPECT_EQ(team->view().waiting[0].what, Waiting::What::end);
+}
+
+TEST_F(TeamThread, UnderAnotherNumberTheOwnRecordsComeAgain) {
+  const auto team = begin();
+  hand(*team, self);
+  EXPECT_TRUE(wait_until([&] { return team->view().robots_known == 1; }));
+  team->begin_life(8);
+  EXPECT_TRUE(wait_until([&] { return team->view().robots_known == 0; }));
+  hand(*team, test::small_robot("a", 1));
+  hand(*team, test::small_robot("a", 8));
+  EXPECT_TRUE(wait_until([&] { return team->view().robots_known == 1; }));
+  team->stop();
+  EXPECT_EQ(team->map().members().at(self.id()).incarnation, 8u);
+}
+
+}  // namespace
+}  // namespace onemap::daemon

@@ -1,0 +1,68 @@
+#include "daemon/team_words.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace onemap::daemon {
+namespace {
+
+using testing::HasSubstr;
+
+std::string said(const mapping::TeamEvent& event) {
+  Log log("robot1");
+  testing::internal::CaptureStderr();
+  say(event, log);
+  return testing::internal::GetCapturedStderr();
+}
+
+const RobotId kA = RobotId::from_name("a"), kB = RobotId::from_name("b");
+
+TEST(TeamWords, EveryEventIsALine) {
+  EXPECT_EQ(said(mapping::RobotJoined{kA, "cam"}), "robot1: robot a joined with cam\n");
+  EXPECT_THAT(said(mapping::RobotJoined{kA, "x\nrobot1: forged"}), Not(HasSubstr("\nrobot1: forged")));
+  EXPECT_EQ(said(mapping::RobotFinished{kA, {9, 8, 7, 6}}),
+            "robot1: robot a finished: 9 frames, 8 tracked, 7 keyframes, 6 submaps\n");
+  EXPECT_EQ(said(mapping::RobotGone{kA, std::chrono::seconds(61)}),
+            "robot1: robot a is not waited for any more: silent for 61 s\n");
+  EXPECT_EQ(said(mapping::RobotBack{kA}), "robot1: robot a is back\n");
+  EXPECT_EQ(said(mapping::RecordRefused{{{kA, 3, 1}, 17}, 4, "submap record, voxel_um: cut short"}),
+            "robot1: record 17 of a refused: submap record, voxel_um: cut short\n");
+  EXPECT_THAT(said(mapping::DeciderPassedOver{kA, true}), HasSubstr("that the links refute"));
+  EXPECT_THAT(said(mapping::DeciderPassedOver{kA, false}), HasSubstr("should have published"));
+}
+
+TEST(TeamWords, LinksSayWhyAndByWhom) {
+  mapping::LinkRecord link;
+  link.a = kA;
+  link.b = kB;
+  link.supporting_pairs = 3;
+  link.inliers = 120;
+  link.ratio_e4 = 2500;
+  link.error_um = 4200;
+  EXPECT_EQ(said(mapping::LinkLooked{kA, link}),
+            "robot1: link a - b accepted: 3 pairs of clouds agree, 120 inliers, ratio 0.25, error 4.2 mm\n");
+  link.reason = mapping::LinkReason::icp_failed;
+  EXPECT_EQ(
+      said(mapping::LinkLooked{kB, link}),
+      "robot1: link a - b refused: the clouds do not fit, 3 pairs of clouds agree, 120 inliers (looked at by b)\n");
+}
+
+TEST(TeamWords, AMapSaysWhatItIsMadeOfAndWhatItLacks) {
+  mapping::MapFused fused{true, 0xabc, {kA, {{kA, {}}, {kB, {}}}, 1}, 12, 0, 900, 0};
+  EXPECT_EQ(
+      said(fused),
+      "robot1: global map 0000000000000abc: reference a, 1 links, robots a b, 12 submaps, 900 blocks, 0 refused\n");
+  fused.final = false;
+  fused.blocks_refused = 5;
+  fused.submaps_left_out = 2;
+  const std::string full = said(fused);
+  EXPECT_THAT(full, HasSubstr("interim map"));
+  EXPECT_THAT(full, HasSubstr("the global map is full: 5 times a block found no room (global_budget_mb)"));
+  EXPECT_THAT(full, HasSubstr("2 submaps are left out"));
+  EXPECT_EQ(said(mapping::MapSettled{0xabc, 900, 0}), "");
+  EXPECT_THAT(said(mapping::MapSettled{0xabc, 0, 7}),
+              HasSubstr("is EMPTY: no submap of a robot in it could be used (7 refused)"));
+}
+
+}  // namespace
+}  // namespace onemap::daemon

@@ -1,0 +1,145 @@
+#include "mapping/team/agreement.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/team_author.hpp"
+
+namespace onemap::mapping {
+namespace {
+
+using namespace std::chrono_literals;
+using test::Author;
+using test::link_of;
+using What = Waiting::What;
+
+constexpr Instant kStart{};
+constexpr Duration kLostAfter = 10s;
+
+// Three robots a, b, c seen by c; who is heard is said by hand.
+struct AgreementTest : testing::Test {
+  Author a = test::small_robot("a"), b = test::small_robot("b"), c = test::small_robot("c");
+  TeamLog log{c.id(), 1};
+  Presence presence{c.id(), kLostAfter};
+  std::map<RobotId, Instant> last_sign;
+  Instant now = kStart;
+
+  void take(const RecordPtr& record) { ASSERT_TRUE(log.apply(record, kStart).ok()); }
+  void SetUp() override {
+    for (const Author* author : {&a, &b, &c})
+      for (const auto& record : author->written()) take(record);
+  }
+  // Later everybody but these has just been heard.
+  Agreement later(Duration by, const std::set<RobotId>& silent = {}, const std::set<RobotId>& complete = {}) {
+    now = kStart + by;
+    for (const Author* author : {&a, &b, &c})
+      if (!silent.contains(author->id())) last_sign[author->id()] = now;
+    presence.update(last_sign, complete);
+    return {log, presence, now};
+  }
+  void link_all() {
+    take(a.link(link_of("a", "b", 100)));
+    take(a.link(link_of("a", "c", 50)));
+    take(b.link(link_of("b", "c", 70)));
+  }
+  static std::string text(const std::vector<Waiting>& waiting) {
+    std::string out;
+    for (const Waiting& w : waiting) out += w.robot.name() + ":" + std::to_string(static_cast<int>(w.what)) + " ";
+    return out;
+  }
+};
+
+TEST_F(AgreementTest, SaysWhatIsWaitedForAndOfWhom) {
+  EXPECT_EQ(text(later(1s).waiting()), "a:1 b:1 ") << "their ends";
+  take(a.finish(1));
+  take(b.finish());
+  take(c.finish());
+  EXPECT_EQ(text(later(1s).waiting()), "a:0 b:2 ") << "a record of a, and b's link with c";
+  take(a.keyframe());
+  EXPECT_EQ(text(later(1s).waiting()), "a:2 b:2 ");
+  const auto silent = later(7s, {a.id()}).waiting();
+  ASSERT_EQ(silent.size(), 2u);
+  EXPECT_EQ(silent[0].silent, Duration(6s));
+  EXPECT_EQ(silent[1].silent, Duration::zero());
+}
+
+TEST_F(AgreementTest, TheFinalSolutionNeedsEveryPairVerifiedWithAllKeyframes) {
+  link_all();
+  EXPECT_FALSE(later(1s).final_solution()) << "they still map";
+  for (Author* author : {&a, &b, &c}) take(author->finish());
+  const auto solution = later(1s).final_solution();
+  ASSERT_TRUE(solution.has_value());
+  EXPECT_EQ(solution->robots.size(), 3u);
+  EXPECT_TRUE(later(1s).waiting().empty());
+  LinkRecord early = link_of("b", "c", 70);
+  early.keyframes_b = 2;
+  take(b.link(early));
+  EXPECT_FALSE(later(1s).final_solution());
+  EXPECT_EQ(text(later(1s).waiting()), "b:2 ");
+}
+
+TEST_F(AgreementTest, ARobotThatDiedIsWaitedForAndThenNotAnyMore) {
+  link_all();
+  take(b.finish());
+  take(c.finish());
+  const Agreement waits = later(10s, {a.id()});
+  EXPECT_EQ(text(waits.waiting()), "a:1 ");
+  EXPECT_FALSE(waits.over());
+  EXPECT_FALSE(waits.final_solution());
+  const Agreement without = later(11s, {a.id()});
+  EXPECT_THAT(without.gone(), testing::ElementsAre(a.id()));
+  EXPECT_TRUE(without.over());
+  EXPECT_TRUE(without.waiting().empty());
+  const auto solution = without.final_solution();
+  ASSERT_TRUE(solution.has_value());
+  EXPECT_EQ(solution->robots.size(), 3u) << "what it had written is in the map";
+  EXPECT_FALSE(later(12s).over()) << "it came back";
+}
+
+// What others hold of it is still waited for, and when that came, not a moment longer.
+TEST_F(AgreementTest, OfARobotThatDiedTheRecordsThatAnybodyHasAreWaitedFor) {
+  link_all();
+  take(b.finish());
+  take(c.finish());
+  later(11s, {a.id()});
+  ASSERT_TRUE(log.apply(a.submap({1, 0, 0}), kStart + 11s).ok());  // came by way of b
+  EXPECT_FALSE(later(20s, {a.id()}).gone().contains(a.id())) << "its records are signs of life";
+  const Agreement none_missing = later(22s, {a.id()}, {a.id()});
+  EXPECT_TRUE(none_missing.all_here(a.id()));
+  EXPECT_TRUE(none_missing.final_solution());
+}
+
+TEST_F(AgreementTest, ThePairsOfARobotThatDiedAreTheOthers) {
+  EXPECT_EQ(later(1s).verifier(b.id(), a.id()), a.id());
+  const Agreement without_a = later(12s, {a.id()});
+  EXPECT_EQ(without_a.verifier(a.id(), b.id()), b.id());
+  EXPECT_EQ(without_a.verifier(b.id(), c.id()), b.id());
+  const Agreement alone = later(24s, {a.id(), b.id()});
+  EXPECT_EQ(alone.verifier(a.id(), b.id()), std::nullopt);
+  EXPECT_TRUE(alone.verified(a.id(), b.id())) << "nobody is left to look";
+  EXPECT_FALSE(alone.verified(a.id(), c.id()));
+  EXPECT_EQ(alone.verifier(a.id(), c.id()), c.id());
+}
+
+TEST_F(AgreementTest, WhoPromisedMoreThanItWroteBlocksNobodyForEver) {
+  link_all();
+  take(a.finish(4'000'000'000u));
+  take(b.finish());
+  take(c.finish());
+  EXPECT_EQ(text(later(9s, {}, {a.id()}).waiting()), "a:0 ");
+  EXPECT_EQ(text(later(11s, {}, {}).waiting()), "a:0 ") << "more of it is known of";
+  EXPECT_TRUE(later(11s, {}, {a.id()}).final_solution());
+}
+
+TEST_F(AgreementTest, RobotsWithoutKeyframesHaveNothingToBeLookedAt) {
+  link_all();
+  for (Author* author : {&a, &b, &c}) take(author->finish());
+  Author blind("blind");
+  take(blind.hello());
+  take(blind.finish());
+  presence.update({{blind.id(), kStart + 1s}}, {});
+  EXPECT_TRUE(later(1s).final_solution());
+}
+
+}  // namespace
+}  // namespace onemap::mapping

@@ -1,0 +1,88 @@
+#include "mapping/team/team_log.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/team_author.hpp"
+
+namespace onemap::mapping {
+namespace {
+
+using test::Author;
+using testing::HasSubstr;
+
+constexpr Instant kNow{};
+const RobotId kSelf = RobotId::from_name("self");
+
+TEST(TeamLog, ANewerLifeReplacesTheEarlierInAnyOrder) {
+  const Author first = test::small_robot("a", 1), second = test::small_robot("a", 2);
+  TeamLog in_order(kSelf, 1), reversed(kSelf, 1);
+  for (const auto& record : first.written()) EXPECT_TRUE(*in_order.apply(record, kNow));
+  for (const auto& record : second.written()) EXPECT_TRUE(*in_order.apply(record, kNow));
+  for (const auto& record : second.written()) EXPECT_TRUE(*reversed.apply(record, kNow));
+  for (const auto& record : first.written()) EXPECT_FALSE(*reversed.apply(record, kNow)) << "of an earlier life";
+  for (const TeamLog* log : {&in_order, &reversed}) {
+    EXPECT_EQ(log->find(first.id())->incarnation, 2u);
+    EXPECT_EQ(log->find(first.id())->keyframes.size(), 3u);
+  }
+}
+
+TEST(TeamLog, NobodyElseWritesForThisRobot) {
+  TeamLog log(kSelf, 5);
+  for (const auto& record : test::small_robot("self", 5).written()) EXPECT_TRUE(*log.apply(record, kNow));
+  for (const std::uint64_t life : {std::uint64_t{6}, ~std::uint64_t{0}}) {
+    const auto taken = log.apply(test::small_robot("self", life).written()[0], kNow);
+    ASSERT_FALSE(taken.ok());
+    EXPECT_THAT(taken.error().text(), HasSubstr("in this robot's own name"));
+  }
+  EXPECT_FALSE(*log.apply(test::small_robot("self", 4).written()[0], kNow))
+      << "an earlier life of its own is no forgery";
+  EXPECT_EQ(log.find(kSelf)->incarnation, 5u);
+  EXPECT_EQ(log.find(kSelf)->keyframes.size(), 3u);
+}
+
+TEST(TeamLog, ThisRobotItselfBeginsANewLife) {
+  TeamLog log(kSelf, 5);
+  for (const auto& record : test::small_robot("self", 5).written()) EXPECT_TRUE(*log.apply(record, kNow));
+  log.begin_life(9);
+  EXPECT_EQ(log.find(kSelf), nullptr);
+  EXPECT_FALSE(*log.apply(test::small_robot("self", 5).written()[0], kNow));
+  for (const auto& record : test::small_robot("self", 9).written()) EXPECT_TRUE(*log.apply(record, kNow));
+  EXPECT_EQ(log.find(kSelf)->incarnation, 9u);
+}
+
+TEST(TeamLog, RobotsWithoutAValidNameOrGreetingDoNotCount) {
+  TeamLog log(kSelf, 1);
+  for (const char* name : {"../../PWNED", "a/b", "..", "\xff\x1b[31m"})
+    EXPECT_FALSE(log.apply(Author(name).keyframe(), kNow).ok()) << name;
+  EXPECT_TRUE(log.members().empty());
+  EXPECT_TRUE(*log.apply(Author("quiet").keyframe(), kNow));
+  Author liar("liar");
+  EXPECT_FALSE(log.apply(liar.write(Lane::control, RecordKind::hello, HelloRecord{"other", ""}), kNow).ok());
+  Author honest("honest");
+  EXPECT_TRUE(*log.apply(honest.hello(), kNow));
+  EXPECT_THAT(log.robots(), testing::ElementsAre(honest.id()));
+}
+
+TEST(TeamLog, ATeamHasABoundedNumberOfRobots) {
+  TeamLog log(kSelf, 1);
+  for (std::size_t i = 0; i < TeamLog::kMaxRobots; ++i)
+    EXPECT_TRUE(*log.apply(Author(fmt::format("r{}", i)).hello(), kNow));
+  const auto taken = log.apply(Author("one-more").hello(), kNow);
+  ASSERT_FALSE(taken.ok());
+  EXPECT_THAT(taken.error().text(), HasSubstr("one robot more"));
+  EXPECT_TRUE(*log.apply(Author("r7", 2).hello(), kNow)) << "a known one may start anew";
+  EXPECT_EQ(log.members().size(), TeamLog::kMaxRobots);
+}
+
+TEST(TeamLog, RemembersWhenARobotsLastRecordCame) {
+  TeamLog log(kSelf, 1);
+  Author author("a");
+  EXPECT_TRUE(*log.apply(author.hello(), kNow));
+  EXPECT_TRUE(*log.apply(author.keyframe(), kNow + std::chrono::seconds(7)));
+  EXPECT_EQ(log.find(author.id())->heard, kNow + std::chrono::seconds(7));
+}
+
+}  // namespace
+}  // namespace onemap::mapping
