@@ -10,7 +10,7 @@
 #include "render/ply_writer.hpp"
 #include "render/renderer.hpp"
 #include "room_scene.hpp"
-#include "temporary_folder.hpp"
+#include "temp_folder.hpp"
 
 namespace onemap::render {
 namespace {
@@ -44,7 +44,7 @@ class OnemapView : public ::testing::Test {
     EXPECT_EQ(ran.status, status) << arguments << "\n" << ran.output;
     EXPECT_NE(ran.output.find(part), std::string::npos) << ran.output;
   }
-  test::TemporaryFolder folder_;
+  test::TempFolder folder_;
   Scene scene_;
 };
 
@@ -90,7 +90,7 @@ TEST_F(OnemapView, says_what_is_wrong_and_exits_accordingly) {
   expect_failure(room + " --png a.png --target 1,2,3", 2, "--eye");
   expect_failure(room + " --points --mesh --ply a.ply", 2, "--points");
   expect_failure((folder_ / "none.ply") + " --ply a.ply", 1, "none.ply: cannot read: No such file");
-  expect_failure(room + " --ply /no/such/folder/a.ply", 1, "/no/such/folder/a.ply: cannot write: No such file");
+  expect_failure(room + " --ply /no/such/folder/a.ply", 1, "/no/such/folder/a.ply: cannot write: folder '/no/such/folder': No such file");
   expect_failure(std::string(ONEMAP_SOURCE_DIR) + "/README.md --ply a.ply", 1, "neither a .ply nor a .glb");
   EXPECT_EQ(view("--help").status, 0);
 }
