@@ -31,7 +31,7 @@ App::App(Config config, Log& log, std::span<const hal::Backend> cameras)
 Exit App::run(StopSignals& signals) {
   if (auto status = guarded("camera", [this] { return open_camera(); }); !status) {
     log_.line("{}", status.error().text());
-    return Exit::usage;
+    return Exit::failed;
   }
   if (auto status = guarded("start", [this] { return open_rest(); }); !status) {
     log_.line("{}", status.error().text());
@@ -51,6 +51,7 @@ Status App::open_camera() {
   auto camera = hal::open_camera(cameras_, config_.camera);
   if (!camera) return camera.error();
   camera_ = std::move(*camera);
+  if (auto status = check_camera(config_, camera_->intrinsics()); !status) return status;
   frames_expected_ = camera_->frames_expected();
   log_.line("camera {}", camera_->description());
   return success();

@@ -10,9 +10,9 @@ namespace onemap::daemon {
 namespace {
 constexpr std::array kBackends{
     hal::Backend{"replay", "a recorded sequence (TUM RGB-D or 7-Scenes layout): replay:DIR or replay:DIR:FROM:TO",
-                 hal::open_replay},
+                 hal::open_replay, hal::check_replay},
     hal::Backend{"simulated", "a room from formulas: simulated:SCENE?robot=N&robots=M&frames=F&seed=S",
-                 hal::open_simulated},
+                 hal::open_simulated, hal::check_simulated},
 };
 }  // namespace
 

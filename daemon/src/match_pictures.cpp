@@ -27,7 +27,7 @@ Status MatchPictures::frame(const hal::FrameView& frame, const mapping::FrameRep
                                        matches.matches.end());  // the earlier image on the left
     for (mapping::Match& m : turned) std::swap(m.a, m.b);
     status = render::write_png(fmt::format("{}/{:06}.png", folder_, frame.index),
-                               render::draw_matches(left, right, turned, matches.kept));
+                               render::draw_matches(left, right, turned, matches.kept), render::Durable::no);
   }
   if (report.state == mapping::TrackState::tracking) {
     last_time_ = frame.time;

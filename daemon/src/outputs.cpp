@@ -36,6 +36,9 @@ Status make_folder(const std::string& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return Error{folder, "cannot make the folder: " + error.message()};
+  if (!std::filesystem::is_directory(folder, error)) return Error{folder, "cannot make the folder: a file is there"};
+  if (::access(folder.c_str(), W_OK | X_OK) != 0)
+    return Error{folder, std::string("cannot write to the folder: ") + std::strerror(errno)};
   return success();
 }
 

@@ -28,15 +28,33 @@ Result<CameraAddress> parse_camera_address(std::string_view text) {
   return address;
 }
 
-Result<std::unique_ptr<DepthCamera>> open_camera(std::span<const Backend> table, std::string_view address) {
-  auto parsed = parse_camera_address(address);
-  if (!parsed) return parsed.error();
+namespace {
+
+Result<const Backend*> find_backend(std::span<const Backend> table, const CameraAddress& address) {
   std::string known;
   for (const Backend& backend : table) {
-    if (backend.name == parsed->backend) return backend.open(*parsed);
+    if (backend.name == address.backend) return &backend;
     known += (known.empty() ? "" : ", ") + std::string(backend.name);
   }
-  return Error{"camera address '" + parsed->text + "'", "no backend '" + parsed->backend + "'; known: " + known};
+  return Error{"camera address '" + address.text + "'", "no backend '" + address.backend + "'; known: " + known};
+}
+
+}  // namespace
+
+Status check_address(std::span<const Backend> table, std::string_view address) {
+  const auto parsed = parse_camera_address(address);
+  if (!parsed) return parsed.error();
+  const auto backend = find_backend(table, *parsed);
+  if (!backend) return backend.error();
+  return (*backend)->check ? (*backend)->check(*parsed) : success();
+}
+
+Result<std::unique_ptr<DepthCamera>> open_camera(std::span<const Backend> table, std::string_view address) {
+  const auto parsed = parse_camera_address(address);
+  if (!parsed) return parsed.error();
+  const auto backend = find_backend(table, *parsed);
+  if (!backend) return backend.error();
+  return (*backend)->open(*parsed);
 }
 
 }  // namespace onemap::hal

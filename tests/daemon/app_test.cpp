@@ -46,6 +46,7 @@ constexpr std::array kFaulty{hal::Backend{"faulty", "throws after 30 frames", op
 
 Config config_for(const Folder& out, const std::string& camera) {
   Config config;
+  config.id = "robot";
   config.camera = camera;
   config.out = out.text();
   config.once = true;

@@ -59,5 +59,20 @@ TEST(OpenCamera, ChoosesTheBackendOrNamesTheKnownOnes) {
   EXPECT_THAT(open_camera(table, "p").error().text(), HasSubstr("expected BACKEND:PLACE"));
 }
 
+TEST(CheckAddress, AsksTheBackendAndOpensNothing) {
+  const Backend table[] = {{"strict", "",
+                            [](const CameraAddress&) -> Result<std::unique_ptr<DepthCamera>> {
+                              ADD_FAILURE() << "opened";
+                              return Error{"", ""};
+                            },
+                            [](const CameraAddress& a) -> Status {
+                              return a.options.empty() ? success() : Error{"strict", "options"};
+                            }}};
+  EXPECT_TRUE(check_address(table, "strict:p").ok());
+  EXPECT_EQ(check_address(table, "strict:p?a=1").error().text(), "strict: options");
+  EXPECT_THAT(check_address(table, "other:p").error().text(), HasSubstr("no backend 'other'; known: strict"));
+  EXPECT_THAT(check_address(table, "p").error().text(), HasSubstr("expected BACKEND:PLACE"));
+}
+
 }  // namespace
 }  // namespace onemap::hal

@@ -228,7 +228,7 @@ TEST_F(ReplayCameraTest, OptionsGoOverTheCalibration) {
   EXPECT_EQ(camera_->intrinsics().fy, 21);
   EXPECT_EQ(camera_->intrinsics().depth_scale, 1000);
   std::filesystem::remove(folder_ / "calibration.txt");
-  open("?fx=1&fy=2&cx=3&cy=4");
+  open("?fx=10&fy=12&cx=3&cy=4");
   EXPECT_EQ(camera_->intrinsics().cy, 4);
   EXPECT_THAT(open_error("?fx=1&fy=2"), testing::AllOf(HasSubstr("lacks cx cy"), HasSubstr("calibration.txt")));
   EXPECT_THAT(open_error(), HasSubstr("lacks fx fy cx cy"));
@@ -240,6 +240,22 @@ TEST_F(ReplayCameraTest, ABadCalibrationStopsWithItsLine) {
   write_tum(1);
   folder_.write("calibration.txt", "fx 1\nfocus 3\n");
   EXPECT_THAT(open_error(), HasSubstr(folder_ / "calibration.txt" + ":2: unknown key 'focus'"));
+}
+
+TEST_F(ReplayCameraTest, ACalibrationOfOtherImagesStopsWithItsLine) {
+  write_tum(1);  // 16x12
+  const std::string file = folder_ / "calibration.txt";
+  const std::pair<const char*, const char*> cases[] = {
+      {"fx 20\nfy 21\ncx 319.5\ncy 6\n", ":3: cx: 319.5 is not within -0.5 to 15.5, for images of 16x12"},
+      {"fx 20\nfy 21\ncx 8\n\ncy 12\n", ":5: cy: 12 is not within -0.5 to 11.5"},
+      {"fx 525\nfy 21\ncx 8\ncy 6\n", ":1: fx: 525 is not within 1.6 to 320"},
+      {"fx 20\nfy 1.5\ncx 8\ncy 6\n", ":2: fy: 1.5 is not within"}};
+  for (const auto& [text, expected] : cases) {
+    folder_.write("calibration.txt", text);
+    EXPECT_THAT(open_error(), HasSubstr(file + expected));
+  }
+  folder_.write("calibration.txt", kCalibration);
+  EXPECT_THAT(open_error("?cx=99"), testing::AllOf(HasSubstr("?cx=99"), HasSubstr("cx: 99 is not within")));
 }
 
 TEST_F(ReplayCameraTest, PlaysSevenScenes) {

@@ -14,7 +14,7 @@ std::string trajectory_text(const std::vector<mapping::StampedPose>& poses, cons
 // Writes text whole or not at all.
 Status write_text(const std::string& file, const std::string& text);
 
-// Makes the folder with its parents; the error names the folder.
+// Makes the folder with its parents; the error names the folder. One that is there but takes no files is an error, too.
 Status make_folder(const std::string& folder);
 
 }  // namespace onemap::daemon

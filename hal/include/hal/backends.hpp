@@ -25,7 +25,12 @@ struct Backend {
   std::string_view name;
   std::string_view description;  // for --help: what it opens, with its address form
   Result<std::unique_ptr<DepthCamera>> (*open)(const CameraAddress& address);
+  Status (*check)(const CameraAddress& address) = nullptr;  // the address's form alone: nothing is touched
 };
+
+// Whether open_camera() understands the address: its form, its backend, and what that knows of it without looking. The
+// camera may still not be there.
+Status check_address(std::span<const Backend> table, std::string_view address);
 
 // Finds the address's backend in the table and opens the camera; an unknown backend's error lists the known ones.
 Result<std::unique_ptr<DepthCamera>> open_camera(std::span<const Backend> table, std::string_view address);

@@ -145,6 +145,7 @@ Status calibrate(Recording& recording, const ReplayAddress& address) {
   if (const Status status = calibration.apply(recording.intrinsics); !status)
     return Error{path.string(),
                  status.error().reason + "; write `key value` lines there or give options: ?fx=..&fy=.."};
+  recording.calibration = std::move(calibration);
   return success();
 }
 

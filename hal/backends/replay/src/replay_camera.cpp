@@ -32,7 +32,7 @@ Status ReplayCamera::find_size() {
     if (status) {
       recording_.intrinsics.width = size.width;
       recording_.intrinsics.height = size.height;
-      return success();
+      return recording_.calibration.check(size.width, size.height);
     }
     if (i == recording_.from) first = status.error();
   }

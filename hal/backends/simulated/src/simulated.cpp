@@ -76,6 +76,11 @@ Result<std::unique_ptr<DepthCamera>> open_simulated(const CameraAddress& address
   return std::unique_ptr<DepthCamera>(std::make_unique<SimulatedCamera>(*options));
 }
 
+Status check_simulated(const CameraAddress& address) {
+  const auto options = parse_options(address);
+  return options ? success() : options.error();
+}
+
 Result<std::vector<SimulatedPose>> simulated_truth(const CameraAddress& address) {
   auto options = parse_options(address);
   if (!options) return options.error();
