@@ -1,6 +1,8 @@
 #include "hal/backends.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 namespace onemap::hal {
 
@@ -28,9 +30,39 @@ Result<CameraAddress> parse_camera_address(std::string_view text) {
   return address;
 }
 
-Result<std::unique_ptr<DepthCamera>> open_camera(std::span<const Backend> table, std::string_view address) {
+namespace {
+
+Result<std::string> address_of_first_usable(std::span<const Backend> table) {
+  std::string refused;
+  for (const CameraInfo& camera : list_cameras(table)) {
+    if (camera.problem.empty()) return camera.address;
+    refused += "; " + camera.address + " (" + camera.description + "): " + camera.problem;
+  }
+  return Error{"camera address 'auto'", "no usable camera on this machine" + refused};
+}
+
+}  // namespace
+
+std::vector<CameraInfo> list_cameras(std::span<const Backend> table) {
+  std::vector<CameraInfo> all;
+  for (const Backend& backend : table) {
+    if (!backend.list) continue;
+    std::vector<CameraInfo> found = backend.list();
+    std::move(found.begin(), found.end(), std::back_inserter(all));
+  }
+  return all;
+}
+
+Result<std::unique_ptr<DepthCamera>> open_camera(std::span<const Backend> table, std::string_view address,
+                                                 Duration clock_offset) {
+  if (address == "auto") {
+    const auto found = address_of_first_usable(table);
+    if (!found) return found.error();
+    return open_camera(table, *found, clock_offset);
+  }
   auto parsed = parse_camera_address(address);
   if (!parsed) return parsed.error();
+  parsed->clock_offset = clock_offset;
   std::string known;
   for (const Backend& backend : table) {
     if (backend.name == parsed->backend) return backend.open(*parsed);

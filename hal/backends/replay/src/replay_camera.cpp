@@ -88,7 +88,8 @@ Grab ReplayCamera::grab(Frame& into, std::chrono::milliseconds) {
     ++counters_.bad;
     return Grab::bad;
   }
-  into.time = pair.color.time;
+  into.colour_time = pair.color.time;
+  into.depth_time = pair.depth.time;
   into.index = at - recording_.from;
   ++counters_.frames;
   return Grab::frame;
