@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/backends/replay/decode.hpp"
 #include "hal/depth_camera.hpp"
+#include "hal/imaging/image_file.hpp"
 #include "recording.hpp"
 
 namespace onemap::hal::replay {
@@ -26,8 +26,9 @@ class ReplayCamera final : public DepthCamera {
  private:
   explicit ReplayCamera(Recording recording);
   Status find_size();
-  Status size_of(const ListedPair& pair, ImageSize& size);
-  Status read_pair(const ListedPair& pair, ImageSize size, std::span<std::uint8_t> rgb, std::span<std::uint16_t> depth);
+  Status size_of(const ListedPair& pair, imaging::ImageSize& size);
+  Status read_pair(const ListedPair& pair, imaging::ImageSize size, std::span<std::uint8_t> rgb,
+                   std::span<std::uint16_t> depth);
   Status load(const ListedImage& image, const std::string& list);
   Error at_file(const ListedImage& image, const std::string& list, const std::string& reason) const;
 
