@@ -48,7 +48,7 @@ Exit App::run(StopSignals& signals) {
 }
 
 Status App::open_camera() {
-  auto camera = hal::open_camera(cameras_, config_.camera);
+  auto camera = hal::open_camera(cameras_, config_.camera, wall_clock_offset());
   if (!camera) return camera.error();
   camera_ = std::move(*camera);
   if (auto status = check_camera(config_, camera_->intrinsics()); !status) return status;

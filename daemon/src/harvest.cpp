@@ -49,6 +49,7 @@ void Harvest::say_costs() const {
   const CaptureCounters captured = from_.capture.counters();
   if (captured.dropped + captured.bad > 0)
     log_.line("{} frames dropped to keep pace, {} could not be read", captured.dropped, captured.bad);
+  if (captured.gone > 0) log_.line("the camera went away {} times", captured.gone);
 }
 
 Status Harvest::write_trajectories() const {

@@ -30,10 +30,10 @@ Status MatchPictures::frame(const hal::FrameView& frame, const mapping::FrameRep
                                render::draw_matches(left, right, turned, matches.kept), render::Durable::no);
   }
   if (report.state == mapping::TrackState::tracking) {
-    last_time_ = frame.time;
+    last_time_ = frame.colour_time;
     last_.assign(frame.rgb.begin(), frame.rgb.end());
   }
-  if (report.keyframe_added) keyframes_.try_emplace(frame.time, last_);
+  if (report.keyframe_added) keyframes_.try_emplace(frame.colour_time, last_);
   return status;
 }
 

@@ -1,6 +1,8 @@
 #include "hal/backends.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 namespace onemap::hal {
 
@@ -39,9 +41,19 @@ Result<const Backend*> find_backend(std::span<const Backend> table, const Camera
   return Error{"camera address '" + address.text + "'", "no backend '" + address.backend + "'; known: " + known};
 }
 
+Result<std::string> address_of_first_usable(std::span<const Backend> table) {
+  std::string refused;
+  for (const CameraInfo& camera : list_cameras(table)) {
+    if (camera.problem.empty()) return camera.address;
+    refused += "; " + camera.address + " (" + camera.description + "): " + camera.problem;
+  }
+  return Error{"camera address 'auto'", "no usable camera on this machine" + refused};
+}
+
 }  // namespace
 
 Status check_address(std::span<const Backend> table, std::string_view address) {
+  if (address == "auto") return success();
   const auto parsed = parse_camera_address(address);
   if (!parsed) return parsed.error();
   const auto backend = find_backend(table, *parsed);
@@ -49,9 +61,26 @@ Status check_address(std::span<const Backend> table, std::string_view address) {
   return (*backend)->check ? (*backend)->check(*parsed) : success();
 }
 
-Result<std::unique_ptr<DepthCamera>> open_camera(std::span<const Backend> table, std::string_view address) {
-  const auto parsed = parse_camera_address(address);
+std::vector<CameraInfo> list_cameras(std::span<const Backend> table) {
+  std::vector<CameraInfo> all;
+  for (const Backend& backend : table) {
+    if (!backend.list) continue;
+    std::vector<CameraInfo> found = backend.list();
+    std::move(found.begin(), found.end(), std::back_inserter(all));
+  }
+  return all;
+}
+
+Result<std::unique_ptr<DepthCamera>> open_camera(std::span<const Backend> table, std::string_view address,
+                                                 Duration clock_offset) {
+  if (address == "auto") {
+    const auto found = address_of_first_usable(table);
+    if (!found) return found.error();
+    return open_camera(table, *found, clock_offset);
+  }
+  auto parsed = parse_camera_address(address);
   if (!parsed) return parsed.error();
+  parsed->clock_offset = clock_offset;
   const auto backend = find_backend(table, *parsed);
   if (!backend) return backend.error();
   return (*backend)->open(*parsed);

@@ -12,12 +12,17 @@ std::size_t pixels(const Intrinsics& k) {
 }  // namespace
 
 Frame::Frame(Frame&& other) noexcept
-    : time(other.time), index(other.index), pool_(std::exchange(other.pool_, nullptr)), slot_(other.slot_) {}
+    : colour_time(other.colour_time),
+      depth_time(other.depth_time),
+      index(other.index),
+      pool_(std::exchange(other.pool_, nullptr)),
+      slot_(other.slot_) {}
 
 Frame& Frame::operator=(Frame&& other) noexcept {
   if (this == &other) return *this;
   if (pool_) pool_->release(slot_);
-  time = other.time;
+  colour_time = other.colour_time;
+  depth_time = other.depth_time;
   index = other.index;
   slot_ = other.slot_;
   pool_ = std::exchange(other.pool_, nullptr);
@@ -40,7 +45,7 @@ std::span<std::uint16_t> Frame::depth() const {
   return {pool_->depth_.get() + slot_ * n, n};
 }
 
-FrameView Frame::view() const { return {time, index, &pool_->intrinsics_, rgb(), depth()}; }
+FrameView Frame::view() const { return {colour_time, depth_time, index, &pool_->intrinsics_, rgb(), depth()}; }
 
 FramePool::FramePool(const Intrinsics& intrinsics, std::size_t frames)
     : intrinsics_(intrinsics),

@@ -28,6 +28,7 @@ class FaultyCamera final : public hal::DepthCamera {
   }
   const Error& last_error() const override { return good_->last_error(); }
   hal::CameraCounters counters() const override { return good_->counters(); }
+  bool live() const override { return good_->live(); }
   std::uint64_t frames_expected() const override { return good_->frames_expected(); }
   std::string description() const override { return "a camera with a fault"; }
 

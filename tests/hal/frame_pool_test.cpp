@@ -50,7 +50,8 @@ TEST(FramePool, MovingHandsTheLoanOver) {
   FramePool pool(small(), 2);
   Frame a = pool.acquire();
   a.index = 7;
-  a.time = frame_time_from_ns(9);
+  a.colour_time = frame_time_from_ns(9);
+  a.depth_time = frame_time_from_ns(8);
   Frame b = std::move(a);
   EXPECT_FALSE(a);  // NOLINT(bugprone-use-after-move): a moved-from frame is empty
   EXPECT_EQ(b.index, 7u);
@@ -58,7 +59,8 @@ TEST(FramePool, MovingHandsTheLoanOver) {
   EXPECT_EQ(pool.used(), 2u);
   c = std::move(b);  // gives its own slot back
   EXPECT_EQ(pool.used(), 1u);
-  EXPECT_EQ(c.time, frame_time_from_ns(9));
+  EXPECT_EQ(c.colour_time, frame_time_from_ns(9));
+  EXPECT_EQ(c.depth_time, frame_time_from_ns(8));
   c = Frame{};
   EXPECT_EQ(pool.used(), 0u);
 }
@@ -67,11 +69,13 @@ TEST(FramePool, TheViewShowsTheFrame) {
   FramePool pool(small(), 1);
   Frame frame = pool.acquire();
   frame.index = 3;
-  frame.time = frame_time_from_ns(5);
+  frame.colour_time = frame_time_from_ns(5);
+  frame.depth_time = frame_time_from_ns(6);
   frame.depth()[23] = 77;
   const FrameView view = frame.view();
   EXPECT_EQ(view.index, 3u);
-  EXPECT_EQ(view.time, frame_time_from_ns(5));
+  EXPECT_EQ(view.colour_time, frame_time_from_ns(5));
+  EXPECT_EQ(view.depth_time, frame_time_from_ns(6));
   EXPECT_EQ(view.depth[23], 77);
   EXPECT_EQ(view.rgb.data(), frame.rgb().data());
   EXPECT_EQ(view.intrinsics, &pool.intrinsics());

@@ -66,7 +66,7 @@ class ReplayCameraTest : public testing::Test {
   }
 
   struct Played {
-    std::vector<FrameTime> times;
+    std::vector<FrameTime> times, depth_times;
     std::vector<std::uint64_t> indices;
     std::vector<std::string> errors;
     std::vector<int> seeds;  // of the pictures, read back from the first pixel
@@ -79,7 +79,8 @@ class ReplayCameraTest : public testing::Test {
       if (grab == Grab::end) break;
       if (grab == Grab::bad) played.errors.push_back(camera_->last_error().text());
       if (grab != Grab::frame) continue;
-      played.times.push_back(frame.time);
+      played.times.push_back(frame.colour_time);
+      played.depth_times.push_back(frame.depth_time);
       played.indices.push_back(frame.index);
       played.seeds.push_back(frame.rgb()[0]);
       EXPECT_TRUE(std::ranges::equal(frame.rgb(), test::picture(kWidth, kHeight, frame.rgb()[0])));
@@ -112,7 +113,10 @@ TEST_F(ReplayCameraTest, PlaysATumSequence) {
   EXPECT_THAT(played.errors, testing::IsEmpty());
   EXPECT_THAT(played.seeds, testing::ElementsAre(0, 1, 2));
   EXPECT_THAT(played.indices, testing::ElementsAre(0u, 1u, 2u));
-  EXPECT_EQ(played.times[2], frame_time_from_ns(2'100'000'000));  // the colour time
+  EXPECT_EQ(played.times[2], frame_time_from_ns(2'100'000'000));
+  EXPECT_EQ(played.depth_times[2], frame_time_from_ns(2'104'000'000));
+  EXPECT_FALSE(camera_->live());
+  EXPECT_EQ(camera_->depth_noise(), DepthNoise{});
   EXPECT_EQ(camera_->counters().unmatched, 0u);
 }
 

@@ -23,7 +23,7 @@ class Frame {
   ~Frame();
 
   explicit operator bool() const { return pool_ != nullptr; }
-  FrameTime time{};
+  FrameTime colour_time{}, depth_time{};
   std::uint64_t index = 0;
   std::span<std::uint8_t> rgb() const;
   std::span<std::uint16_t> depth() const;

@@ -135,11 +135,11 @@ void LocalMapper::Impl::follow(const hal::FrameView& frame, const Pose& T, Frame
     report.keyframe_added = true;
     T_camera_world = map.keyframe(reference).T_camera_world;
   }
-  trajectory.add(map, frame.time, reference, map.keyframe(reference).T_camera_world * T_camera_world.inverse());
+  trajectory.add(map, frame.colour_time, reference, map.keyframe(reference).T_camera_world * T_camera_world.inverse());
   integrate(frame, T_camera_world, report);
   T_previous_world = T_camera_world;
   std::swap(current, previous);
-  previous_time = frame.time;
+  previous_time = frame.colour_time;
   placed = true;
   report.state = state;
   report.reference_keyframe = map.keyframe(reference).index;
@@ -165,11 +165,11 @@ FrameReport LocalMapper::Impl::process(const hal::FrameView& frame) {
   FrameReport report;
   matched = false;
   ++counters.frames;
-  if (last_time && frame.time <= *last_time) {
+  if (last_time && frame.colour_time <= *last_time) {
     refuse(report, TrackReason::time_not_increasing);
     return report;
   }
-  last_time = frame.time;
+  last_time = frame.colour_time;
   detect(frame);
   report.features = static_cast<int>(current.size());
   if (report.features < 15) {

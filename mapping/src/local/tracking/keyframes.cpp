@@ -98,7 +98,7 @@ void LocalMapper::Impl::add_keyframe(const hal::FrameView& frame, const Pose& T_
   k.used = true;
   k.sealed = false;
   k.index = static_cast<std::uint32_t>(counters.keyframes++);
-  k.time = frame.time;
+  k.time = frame.colour_time;
   k.T_camera_world = T_camera_world;
   copy_features(current, k.features);
   organize(frame.depth, intrinsics, kGridWidth, kGridHeight, seen);

@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <cstring>
 
-namespace onemap::hal::replay {
+namespace onemap::hal::imaging {
 
 namespace {
 
@@ -91,4 +91,4 @@ Result<ImageSize> decode_png(std::span<const std::uint8_t> file, PngWanted wante
   return size;
 }
 
-}  // namespace onemap::hal::replay
+}  // namespace onemap::hal::imaging

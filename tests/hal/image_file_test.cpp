@@ -1,4 +1,4 @@
-#include "hal/backends/replay/decode.hpp"
+#include "hal/imaging/image_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 
 #include "hal/encoded_images.hpp"
 
-namespace onemap::hal::replay {
+namespace onemap::hal::imaging {
 namespace {
 
 using test::Bytes;
@@ -49,17 +49,17 @@ Bytes tripled(const Bytes& grey) {
   return rgb;
 }
 
-TEST(ReplayDecode, RgbPngIsExactPlainAndInterlaced) {
+TEST(ImageFile, RgbPngIsExactPlainAndInterlaced) {
   const Bytes picture = test::picture(40, 30, 5);
   EXPECT_EQ(color_of(test::encode_png(40, 30, {}, picture)), picture);
   EXPECT_EQ(color_of(test::encode_png(40, 30, {PNG_COLOR_TYPE_RGB, 8, PNG_INTERLACE_ADAM7}, picture)), picture);
 }
 
-TEST(ReplayDecode, GreyPngIsExpanded) {
+TEST(ImageFile, GreyPngIsExpanded) {
   EXPECT_EQ(color_of(test::encode_png(40, 30, {PNG_COLOR_TYPE_GRAY, 8}, grey_picture())), tripled(grey_picture()));
 }
 
-TEST(ReplayDecode, OneBitGreyPngIsBlackAndWhite) {
+TEST(ImageFile, OneBitGreyPngIsBlackAndWhite) {
   const Bytes rows(5 * 30, 0xA5);  // 1010 0101 in each byte
   Bytes expected;
   for (std::size_t i = 0; i < kPixels; ++i)
@@ -67,7 +67,7 @@ TEST(ReplayDecode, OneBitGreyPngIsBlackAndWhite) {
   EXPECT_EQ(color_of(test::encode_png(40, 30, {PNG_COLOR_TYPE_GRAY, 1}, rows)), expected);
 }
 
-TEST(ReplayDecode, AlphaIsDropped) {
+TEST(ImageFile, AlphaIsDropped) {
   const Bytes picture = test::picture(40, 30, 9);
   Bytes rgba;
   for (std::size_t i = 0; i < kPixels; ++i) {
@@ -78,14 +78,14 @@ TEST(ReplayDecode, AlphaIsDropped) {
   EXPECT_EQ(color_of(test::encode_png(40, 30, {PNG_COLOR_TYPE_RGB_ALPHA, 8}, rgba)), picture);
 }
 
-TEST(ReplayDecode, SixteenBitColorKeepsTheHighByte) {
+TEST(ImageFile, SixteenBitColorKeepsTheHighByte) {
   const Bytes picture = test::picture(40, 30, 1);
   Bytes rows;
   for (const std::uint8_t value : picture) rows.insert(rows.end(), {value, 0x77});
   EXPECT_EQ(color_of(test::encode_png(40, 30, {PNG_COLOR_TYPE_RGB, 16}, rows)), picture);
 }
 
-TEST(ReplayDecode, PaletteIsLookedUp) {
+TEST(ImageFile, PaletteIsLookedUp) {
   Bytes rows, expected;
   for (std::size_t i = 0; i < kPixels; ++i) {
     const int entry = static_cast<int>(i % 128);
@@ -95,7 +95,7 @@ TEST(ReplayDecode, PaletteIsLookedUp) {
   EXPECT_EQ(color_of(test::encode_png(40, 30, {PNG_COLOR_TYPE_PALETTE, 8}, rows)), expected);
 }
 
-TEST(ReplayDecode, JpegIsNearThePicture) {
+TEST(ImageFile, JpegIsNearThePicture) {
   const Bytes smooth = [] {
     Bytes rgb;
     for (int i = 0; i < 40 * 30; ++i) rgb.insert(rgb.end(), {200, static_cast<std::uint8_t>(i % 40 * 4), 60});
@@ -105,19 +105,43 @@ TEST(ReplayDecode, JpegIsNearThePicture) {
   for (std::size_t i = 0; i < smooth.size(); ++i) ASSERT_NEAR(decoded[i], smooth[i], 12) << "byte " << i;
 }
 
-TEST(ReplayDecode, GreyJpegIsExpanded) {
+TEST(ImageFile, GreyJpegIsExpanded) {
   const Bytes decoded = color_of(test::encode_jpeg(40, 30, 1, Bytes(kPixels, 99)));
   EXPECT_EQ(decoded, Bytes(3 * kPixels, 99));
 }
 
-TEST(ReplayDecode, DepthValuesAreExact) {
+// As MJPEG cameras send it: the segments that hold the standard Huffman tables (0xC4) left out.
+Bytes without_huffman_tables(const Bytes& jpeg) {
+  Bytes out(jpeg.begin(), jpeg.begin() + 2);
+  std::size_t at = 2;
+  while (jpeg[at + 1] != 0xDA) {  // up to the start of the scan
+    const std::size_t size = 2 + (std::size_t{jpeg[at + 2]} << 8 | jpeg[at + 3]);
+    if (jpeg[at + 1] != 0xC4)
+      out.insert(out.end(), jpeg.begin() + static_cast<std::ptrdiff_t>(at),
+                 jpeg.begin() + static_cast<std::ptrdiff_t>(at + size));
+    at += size;
+  }
+  out.insert(out.end(), jpeg.begin() + static_cast<std::ptrdiff_t>(at), jpeg.end());
+  return out;
+}
+
+TEST(ImageFile, MotionJpegHasTheStandardTables) {
+  const Bytes jpeg = test::encode_jpeg(40, 30, 3, test::picture(40, 30, 5));
+  Bytes motion = without_huffman_tables(jpeg);
+  ASSERT_LT(motion.size(), jpeg.size() - 300);
+  EXPECT_EQ(color_of(motion), color_of(jpeg));
+  motion.insert(motion.end(), 500, 0);  // cameras fill their buffers up
+  EXPECT_EQ(color_of(motion), color_of(jpeg));
+}
+
+TEST(ImageFile, DepthValuesAreExact) {
   const std::vector<std::uint16_t> depth = test::ramp(40, 30, 3);
   std::vector<std::uint16_t> decoded(kPixels);
   ASSERT_TRUE(decode_depth(test::encode_depth_png(40, 30, depth), kSize, decoded).ok());
   EXPECT_EQ(decoded, depth);
 }
 
-TEST(ReplayDecode, EveryTruncationIsAnError) {
+TEST(ImageFile, EveryTruncationIsAnError) {
   const std::vector<std::pair<const char*, Bytes>> files = {
       {"png", test::encode_png(40, 30, {}, test::picture(40, 30, 5))},
       {"jpeg", test::encode_jpeg(40, 30, 3, test::picture(40, 30, 5))}};
@@ -130,7 +154,7 @@ TEST(ReplayDecode, EveryTruncationIsAnError) {
     ASSERT_NE(depth_error(Bytes(depth.begin(), depth.begin() + static_cast<std::ptrdiff_t>(size))), "") << size;
 }
 
-TEST(ReplayDecode, EveryDamagedByteIsSurvived) {
+TEST(ImageFile, EveryDamagedByteIsSurvived) {
   for (const Bytes& good : {test::encode_png(40, 30, {}, test::picture(40, 30, 5)),
                             test::encode_jpeg(40, 30, 3, test::picture(40, 30, 5))}) {
     for (std::size_t i = 0; i < good.size(); ++i) {
@@ -142,13 +166,13 @@ TEST(ReplayDecode, EveryDamagedByteIsSurvived) {
   }
 }
 
-TEST(ReplayDecode, DamagedPngPixelsAreAnError) {
+TEST(ImageFile, DamagedPngPixelsAreAnError) {
   Bytes file = test::encode_depth_png(40, 30, test::ramp(40, 30, 0));
   file[file.size() / 2] ^= 0x10;
   EXPECT_NE(depth_error(file), "");
 }
 
-TEST(ReplayDecode, WrongKindsAreNamed) {
+TEST(ImageFile, WrongKindsAreNamed) {
   const Bytes eight_bits = test::encode_png(40, 30, {PNG_COLOR_TYPE_GRAY, 8}, grey_picture());
   const Bytes color = test::encode_png(40, 30, {}, test::picture(40, 30, 0));
   const Bytes jpeg = test::encode_jpeg(40, 30, 1, grey_picture());
@@ -160,14 +184,14 @@ TEST(ReplayDecode, WrongKindsAreNamed) {
   EXPECT_THAT(color_error(Bytes(100, 'x')), HasSubstr("neither PNG nor JPEG"));
 }
 
-TEST(ReplayDecode, AnotherSizeIsAnErrorThatNamesBoth) {
+TEST(ImageFile, AnotherSizeIsAnErrorThatNamesBoth) {
   for (const Bytes& file :
        {test::encode_png(20, 10, {}, test::picture(20, 10, 0)), test::encode_jpeg(20, 10, 3, test::picture(20, 10, 0))})
     EXPECT_THAT(color_error(file), testing::AllOf(HasSubstr("20x10"), HasSubstr("40x30")));
   EXPECT_THAT(depth_error(test::encode_depth_png(20, 10, test::ramp(20, 10, 0))), HasSubstr("20x10"));
 }
 
-TEST(ReplayDecode, SizeComesFromTheHeader) {
+TEST(ImageFile, SizeComesFromTheHeader) {
   for (const Bytes& file : {test::encode_png(20, 10, {}, test::picture(20, 10, 0)),
                             test::encode_jpeg(20, 10, 3, test::picture(20, 10, 0))}) {
     const Result<ImageSize> size = image_size(file);
@@ -177,10 +201,10 @@ TEST(ReplayDecode, SizeComesFromTheHeader) {
   EXPECT_FALSE(image_size(Bytes{1, 2, 3}).ok());
 }
 
-TEST(ReplayDecode, AbsurdSizesAreRefusedBeforeMemoryIsTaken) {
+TEST(ImageFile, AbsurdSizesAreRefusedBeforeMemoryIsTaken) {
   EXPECT_FALSE(image_size(test::encode_png(9000, 1, {PNG_COLOR_TYPE_GRAY, 8}, Bytes(9000))).ok());
   EXPECT_FALSE(image_size(test::encode_jpeg(9000, 1, 1, Bytes(9000))).ok());
 }
 
 }  // namespace
-}  // namespace onemap::hal::replay
+}  // namespace onemap::hal::imaging

@@ -7,7 +7,7 @@
 #include "hal/base/result.hpp"
 #include "hal/frame.hpp"
 
-namespace onemap::hal::replay {
+namespace onemap::hal::imaging {
 
 // The numbers of a calibration by key: fx fy cx cy k1 k2 p1 p2 k3 depth_scale, gathered from one or several sources.
 // Each is within what any camera can have; whether it suits the images is known when their size is.
@@ -38,4 +38,4 @@ class Calibration {
   std::map<std::string, Value, std::less<>> values_;
 };
 
-}  // namespace onemap::hal::replay
+}  // namespace onemap::hal::imaging

@@ -1,4 +1,4 @@
-#include "hal/backends/replay/calibration.hpp"
+#include "hal/imaging/calibration.hpp"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 #include <cmath>
 #include <iterator>
 
-#include "text.hpp"
+#include "hal/imaging/text_lines.hpp"
 
-namespace onemap::hal::replay {
+namespace onemap::hal::imaging {
 
 namespace {
 
@@ -121,4 +121,4 @@ Status Calibration::check(int width, int height) const {
   return success();
 }
 
-}  // namespace onemap::hal::replay
+}  // namespace onemap::hal::imaging

@@ -1,11 +1,11 @@
-#include "hal/backends/replay/decode.hpp"
+#include "hal/imaging/image_file.hpp"
 
 #include <cassert>
 
 #include "jpeg_decode.hpp"
 #include "png_decode.hpp"
 
-namespace onemap::hal::replay {
+namespace onemap::hal::imaging {
 
 namespace {
 
@@ -43,4 +43,4 @@ Status decode_depth(std::span<const std::uint8_t> file, ImageSize expected, std:
   return as_expected(decode_png(file, PngWanted::grey16, expected, bytes), expected);
 }
 
-}  // namespace onemap::hal::replay
+}  // namespace onemap::hal::imaging

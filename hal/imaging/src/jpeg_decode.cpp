@@ -7,7 +7,7 @@
 
 #include <jerror.h>
 
-namespace onemap::hal::replay {
+namespace onemap::hal::imaging {
 
 namespace {
 
@@ -77,4 +77,4 @@ Result<ImageSize> decode_jpeg(std::span<const std::uint8_t> file, JpegWanted wan
   return size;
 }
 
-}  // namespace onemap::hal::replay
+}  // namespace onemap::hal::imaging

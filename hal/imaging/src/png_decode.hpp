@@ -1,7 +1,7 @@
 #pragma once
-#include "hal/backends/replay/decode.hpp"
+#include "hal/imaging/image_file.hpp"
 
-namespace onemap::hal::replay {
+namespace onemap::hal::imaging {
 
 enum class PngWanted { size, rgb8, grey16 };
 
@@ -12,4 +12,4 @@ bool is_png(std::span<const std::uint8_t> file);
 Result<ImageSize> decode_png(std::span<const std::uint8_t> file, PngWanted wanted, ImageSize expected,
                              std::uint8_t* pixels);
 
-}  // namespace onemap::hal::replay
+}  // namespace onemap::hal::imaging

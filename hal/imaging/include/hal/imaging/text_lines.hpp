@@ -2,7 +2,7 @@
 #include <string_view>
 #include <vector>
 
-namespace onemap::hal::replay {
+namespace onemap::hal::imaging {
 
 // Calls each(line number, words) for every line that has words, without comments.
 template <class Each>
@@ -26,4 +26,4 @@ void for_each_line(std::string_view text, Each each) {
   }
 }
 
-}  // namespace onemap::hal::replay
+}  // namespace onemap::hal::imaging

@@ -1,7 +1,7 @@
 #pragma once
-#include "hal/backends/replay/decode.hpp"
+#include "hal/imaging/image_file.hpp"
 
-namespace onemap::hal::replay {
+namespace onemap::hal::imaging {
 
 enum class JpegWanted { size, rgb8 };
 
@@ -11,4 +11,4 @@ bool is_jpeg(std::span<const std::uint8_t> file);
 Result<ImageSize> decode_jpeg(std::span<const std::uint8_t> file, JpegWanted wanted, ImageSize expected,
                               std::uint8_t* pixels);
 
-}  // namespace onemap::hal::replay
+}  // namespace onemap::hal::imaging
