@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "hal/frame.hpp"
-#include "mapping/local/point_cloud.hpp"
+#include "mapping/local/ray_table.hpp"
 
 namespace onemap::test {
 

@@ -8,27 +8,6 @@
 
 namespace onemap::mapping {
 
-// The depths that count as a measurement (the paper, section 3).
-inline constexpr float kMinDepth_m = 0.05f;
-inline constexpr float kMaxDepth_m = 8.0f;
-
-// For every pixel the undistorted viewing ray with z = 1: (x, y) such that X = x * depth, Y = y * depth, Z = depth
-// (eq. 5 with the lens distortion taken out). Computed once a camera.
-class RayTable {
- public:
-  explicit RayTable(const hal::Intrinsics& intrinsics);
-  int width() const { return width_; }
-  int height() const { return height_; }
-  // Rays of row v: 2 * width floats, x and y interleaved.
-  const float* row(int v) const { return &rays_[2 * static_cast<std::size_t>(v) * static_cast<std::size_t>(width_)]; }
-  // The ray of a sub-pixel position (bilinear between pixels).
-  Eigen::Vector2d at(double u_px, double v_px) const;
-
- private:
-  int width_, height_;
-  std::vector<float> rays_;
-};
-
 // An organised cloud on an ideal pinhole grid (no distortion): the target of projective association. Cell (u, v) looks
 // along ((u - cx) / fx, (v - cy) / fy, 1). Invalid cells have z = 0 (points) or zero length (normals).
 struct OrganizedCloud {
@@ -59,10 +38,5 @@ struct OrganizedCloud {
 // call.
 void organize(std::span<const std::uint16_t> depth, const hal::Intrinsics& intrinsics, int width, int height,
               OrganizedCloud& out);
-
-// Eq. (5) for every stride-th pixel in both directions; points without depth are left out. Writes at most out.size()
-// points (camera frame, metres) and returns how many.
-std::size_t to_points(std::span<const std::uint16_t> depth, const RayTable& rays, double depth_scale, int stride,
-                      std::span<Vector3f> out);
 
 }  // namespace onemap::mapping

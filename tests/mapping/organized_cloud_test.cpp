@@ -1,8 +1,7 @@
-#include "mapping/local/point_cloud.hpp"
+#include "mapping/local/organized_cloud.hpp"
 
 #include <gtest/gtest.h>
 
-#include "mapping/local/lens.hpp"
 #include "support/box_room.hpp"
 
 namespace onemap::mapping {
@@ -20,41 +19,7 @@ hal::Intrinsics kinect() {
           .k3 = 1.163314};
 }
 
-TEST(PointCloud, RayTableInvertsTheLens) {
-  const hal::Intrinsics k = kinect();
-  const RayTable rays(k);
-  for (int v = 0; v < k.height; v += 13) {
-    for (int u = 0; u < k.width; u += 11) {
-      const float* ray = rays.row(v) + 2 * u;
-      const Eigen::Vector2d back = distorted_pixel(k, {ray[0], ray[1]});
-      EXPECT_NEAR(back.x(), u, 1e-3);
-      EXPECT_NEAR(back.y(), v, 1e-3);
-    }
-  }
-  const Eigen::Vector2d between = distorted_pixel(k, rays.at(200.25, 99.75));
-  EXPECT_NEAR(between.x(), 200.25, 2e-3);
-  EXPECT_NEAR(between.y(), 99.75, 2e-3);
-  EXPECT_EQ(rays.at(-5, 1000), rays.at(0, k.height - 1));  // outside: the border's ray
-}
-
-TEST(PointCloud, ToPointsFollowsEquationFive) {
-  const hal::Intrinsics k;  // no distortion
-  const RayTable rays(k);
-  std::vector<std::uint16_t> depth(640 * 480, 0);
-  depth[10 * 640 + 20] = 10000;  // 2 m
-  depth[10 * 640 + 24] = 249;    // under 0.05 m: no measurement
-  depth[12 * 640 + 30] = 40001;  // over 8 m
-  depth[12 * 640 + 31] = 5000;   // between the strides
-  std::vector<Vector3f> out(10);
-  ASSERT_EQ(to_points(depth, rays, k.depth_scale, 2, out), 1u);
-  EXPECT_NEAR(out[0].x(), (20 - k.cx) / k.fx * 2, 1e-6);
-  EXPECT_NEAR(out[0].y(), (10 - k.cy) / k.fy * 2, 1e-6);
-  EXPECT_FLOAT_EQ(out[0].z(), 2);
-  EXPECT_EQ(to_points(depth, rays, k.depth_scale, 1, out), 2u);
-  EXPECT_EQ(to_points(depth, rays, k.depth_scale, 1, std::span(out).first(1)), 1u);
-}
-
-TEST(PointCloud, OrganizedPlanesHaveTheirPointsAndNormals) {
+TEST(OrganizedCloud, PlanesHaveTheirPointsAndNormals) {
   const hal::Intrinsics k = kinect();
   const RayTable rays(k);
   const auto scene = test::box_room();
@@ -92,7 +57,7 @@ TEST(PointCloud, OrganizedPlanesHaveTheirPointsAndNormals) {
   }
 }
 
-TEST(PointCloud, NoNormalAcrossADepthStepAndNoneWithoutDepth) {
+TEST(OrganizedCloud, NoNormalAcrossADepthStepAndNoneWithoutDepth) {
   const hal::Intrinsics k;
   std::vector<std::uint16_t> depth(640 * 480, 5000);
   for (int v = 0; v < 480; ++v) {
@@ -112,7 +77,7 @@ TEST(PointCloud, NoNormalAcrossADepthStepAndNoneWithoutDepth) {
   }
 }
 
-TEST(PointCloud, SecondImageReusesTheMemory) {
+TEST(OrganizedCloud, SecondImageReusesTheMemory) {
   const hal::Intrinsics k = kinect();
   std::vector<std::uint16_t> depth(640 * 480, 5000), other(640 * 480, 9000);
   OrganizedCloud cloud, fresh;

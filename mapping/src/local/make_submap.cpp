@@ -1,6 +1,7 @@
-#include <algorithm>
+#include "mapping/local/make_submap.hpp"
 
-#include "mapping/team/atlas.hpp"
+#include <algorithm>
+#include <vector>
 
 namespace onemap::mapping {
 namespace {
