@@ -2,37 +2,18 @@
 
 #include <algorithm>
 
-#include "mapping/records/keyframe.hpp"
-#include "mapping/team/election.hpp"
 #include "mapping/team/link_table.hpp"
 #include "mapping/team/reference.hpp"
 
 namespace onemap::mapping {
-
-namespace {
-
-bool equal(const std::optional<SolutionRecord>& a, const std::optional<SolutionRecord>& b) {
-  return a.has_value() == b.has_value() && (!a || encode(*a) == encode(*b));
-}
-
-// Members keep only keyframes that decode.
-KeyframeSource keyframes_of(const RobotId& robot, const TeamMember& member) {
-  return {robot, member.keyframes.size(), [&member](std::size_t i) {
-            auto keyframe = decode_keyframe(member.keyframes[i]->body);
-            return keyframe ? std::move(*keyframe) : KeyframeRecord{};
-          }};
-}
-
-}  // namespace
 
 TeamMap::TeamMap(const RobotId& self, std::uint64_t incarnation, const TeamMapConfig& config)
     : self_(self),
       config_(config),
       log_(self, incarnation),
       presence_(self, config.lost_after),
-      schedule_(config.merge_while_mapping),
-      verifiers_(config.lost_after),
-      deciders_(config.lost_after),
+      verifier_(config.verify, config.merge_while_mapping, config.lost_after),
+      decision_(config.lost_after),
       fusion_(config.atlas) {}
 
 void TeamMap::apply(const RecordPtr& record, Instant now) {
@@ -77,58 +58,24 @@ void TeamMap::presence(std::map<RobotId, Instant> last_sign, std::set<RobotId> r
 }
 
 bool TeamMap::step(Instant now, const Stop& stop) {
-  looked_.reset();
-  added_ = false;
+  worked_ = Work::none;
   const Agreement team(log_, presence_, now);
   note_end(team, now);
-  if (verify_next_pair(team, now, stop)) return true;
+  if (verify(team, now, stop)) return true;
   const auto wanted_now = wanted(team);
   return decide(team, wanted_now) || fuse(team, wanted_now, now, stop);
 }
 
 void TeamMap::took(Duration cost) {
-  if (looked_) schedule_.took(*looked_, cost);
-  if (added_) next_interim_fusion_ += 10 * cost;
+  if (worked_ == Work::verified) verifier_.took(cost);
+  if (worked_ == Work::fused) next_interim_fusion_ += 10 * cost;
 }
 
-PairSchedule::Keyframes TeamMap::keyframes(const Agreement& team, const RobotId& robot) const {
-  const TeamMember* member = log_.find(robot);
-  if (member == nullptr) return {};
-  return {member->incarnation, member->keyframes.size(), team.keyframes_here(robot)};
-}
-
-// The lower id's work, or the other's when that one is gone or takes too long.
-bool TeamMap::mine_to_verify(const Agreement& team, const RobotId& other, Instant now) {
-  const auto verifier = team.verifier(self_, other);
-  const bool owed =
-      verifier == other && team.keyframes_here(self_) && team.keyframes_here(other) && !team.verified(self_, other);
-  return verifiers_.exhausted(other, owed, now) || verifier == self_;
-}
-
-bool TeamMap::verify_next_pair(const Agreement& team, Instant now, const Stop& stop) {
-  if (log_.find(self_) == nullptr) return false;
-  for (const RobotId& other : team.robots())
-    if (other != self_ && mine_to_verify(team, other, now) &&
-        schedule_.due(keyframes(team, self_), other, keyframes(team, other), now))
-      return verify(team, other, now, stop);
-  return false;
-}
-
-bool TeamMap::verify(const Agreement& team, const RobotId& other, Instant now, const Stop& stop) {
-  const TeamMember *mine = log_.find(self_), *theirs = log_.find(other);
-  if (mine == nullptr || theirs == nullptr) return false;
-  const KeyframeSource own = keyframes_of(self_, *mine), foreign = keyframes_of(other, *theirs);
-  const bool lower = self_ < other;
-  auto link = verify_robots(lower ? own : foreign, lower ? foreign : own, config_.verify, stop);
-  if (!link) return false;
-  link->incarnation_other = theirs->incarnation;
-  const bool linked = link->reason == LinkReason::accepted;
-  const PairSchedule::Keyframes have = keyframes(team, self_), they_have = keyframes(team, other);
-  // While mapping, a refusal is only news when it takes a link back.
-  if ((have.all && they_have.all) || linked || schedule_.linked(other, theirs->incarnation))
-    records_.push_back({Lane::poses, RecordKind::link, encode(*link)});
-  schedule_.verified(have, other, they_have, linked, now);
-  looked_ = other;
+bool TeamMap::verify(const Agreement& team, Instant now, const Stop& stop) {
+  const auto look = verifier_.next(team, now, stop);
+  if (!look) return false;
+  if (look->news) records_.push_back({Lane::poses, RecordKind::link, encode(look->link)});
+  worked_ = Work::verified;
   return true;
 }
 
@@ -141,23 +88,9 @@ std::optional<SolutionRecord> TeamMap::wanted(const Agreement& team) const {
   return solve(team.robots(), all);
 }
 
-std::optional<RobotId> TeamMap::decider(const Agreement& team) const {
-  const auto may = [&](const RobotId& robot) { return !team.gone().contains(robot) && !passed_over_.contains(robot); };
-  return elect(islands(team.robots(), counting_links(log_)), may);
-}
-
-// Only the elected robot's Solution counts, and that of those that were elected before they went; and only when it is
-// what the links that are here say: nobody can put a robot where the records do not.
-bool TeamMap::decided(const Agreement& team, const SolutionRecord& wanted) const {
-  const auto elected = decider(team);
-  return std::ranges::any_of(team.robots(), [&](const RobotId& robot) {
-    const bool may = robot == elected || team.gone().contains(robot) || passed_over_.contains(robot);
-    return may && equal(log_.find(robot)->solution, wanted);
-  });
-}
-
 bool TeamMap::decide(const Agreement& team, const std::optional<SolutionRecord>& wanted) {
-  if (!wanted || equal(wanted, published_) || decider(team) != self_ || decided(team, *wanted)) return false;
+  if (!wanted || same_solution(wanted, published_) || decision_.decider(team) != self_ || decision_.made(team, *wanted))
+    return false;
   published_ = wanted;
   records_.push_back({Lane::poses, RecordKind::solution, encode(*wanted)});
   return true;
@@ -165,10 +98,10 @@ bool TeamMap::decide(const Agreement& team, const std::optional<SolutionRecord>&
 
 bool TeamMap::fuse(const Agreement& team, const std::optional<SolutionRecord>& wanted, Instant now, const Stop& stop) {
   const bool final = team.over(), outdated = fusion_.outdated(log_);
-  const bool current = wanted && !outdated && equal(fusion_.solution(), wanted);
+  const bool current = wanted && !outdated && same_solution(fusion_.solution(), wanted);
   // What was begun while robots map is finished first, even when its solution is out of date by then.
   if (!fusion_.underway() || (!current && (outdated || final))) {
-    if (!wanted || (current && fusion_.complete(log_)) || !decided(team, *wanted)) return false;
+    if (!wanted || (current && fusion_.complete(log_)) || !decision_.made(team, *wanted)) return false;
     if (!final && now < next_interim_fusion_) return false;
     fusion_.begin(*wanted);
     next_interim_fusion_ = now + config_.merge_while_mapping;
@@ -177,7 +110,7 @@ bool TeamMap::fuse(const Agreement& team, const std::optional<SolutionRecord>& w
   if (member == nullptr) return false;
   if (final && !team.all_here(fusion_.next())) return false;  // its voxels are still on their way
   if (!fusion_.add(*member, stop)) return false;
-  added_ = true;
+  worked_ = Work::fused;
   if (fusion_.done()) fused(final);
   return true;
 }
@@ -221,30 +154,16 @@ void TeamMap::note_gone(const Agreement& team) {
       view_.cut_short.insert(robot);
 }
 
-// All is there for the decision: whoever should make it has a while; then it is the next one's.
-void TeamMap::look_at_decider(const Agreement& team, const std::optional<SolutionRecord>& final, Instant now) {
-  if (!final) {
-    deciders_.reset();
-    passed_over_.clear();
-    return;
-  }
-  const auto elected = decider(team);
-  if (!elected || *elected == self_ || !deciders_.exhausted(*elected, !decided(team, *final), now)) return;
-  passed_over_.insert(*elected);
-  const TeamMember* member = log_.find(*elected);
-  events_.emplace_back(DeciderPassedOver{*elected, member != nullptr && member->solution.has_value()});
-}
-
 void TeamMap::update_view(const Agreement& team, const std::optional<SolutionRecord>& final) {
   view_.robots_known = team.robots().size();
   view_.robots_finished = 0;
   for (const RobotId& robot : team.robots()) view_.robots_finished += log_.find(robot)->finished ? 1 : 0;
   view_.waiting = team.waiting();
-  const auto elected = decider(team);
-  if (view_.waiting.empty() && final && elected && *elected != self_ && !decided(team, *final))
+  const auto elected = decision_.decider(team);
+  if (view_.waiting.empty() && final && elected && *elected != self_ && !decision_.made(team, *final))
     view_.waiting.push_back({*elected, Waiting::What::solution, team.silent(*elected)});
   const bool all_here = std::ranges::all_of(team.robots(), [&](const RobotId& r) { return team.all_here(r); });
-  const bool settled = final && all_here && fusion_.complete(log_) && equal(final, fusion_.solution());
+  const bool settled = final && all_here && fusion_.complete(log_) && same_solution(final, fusion_.solution());
   if (settled && std::exchange(told_settled_, view_.digest) != view_.digest)
     events_.emplace_back(MapSettled{view_.digest, view_.blocks, view_.submaps_refused});
   view_.settled = settled;
@@ -256,7 +175,7 @@ void TeamMap::observe(Instant now) {
   const Agreement team(log_, presence_, now);
   const auto final = team.final_solution();
   note_gone(team);
-  look_at_decider(team, final, now);
+  if (const auto passed_over = decision_.look(team, final, now)) events_.emplace_back(*passed_over);
   update_view(team, final);
 }
 

@@ -26,6 +26,7 @@ class Agreement {
  public:
   Agreement(const TeamLog& log, const Presence& presence, Instant now);
 
+  const TeamLog& log() const { return log_; }
   const std::vector<RobotId>& robots() const { return robots_; }  // that count
   const std::set<RobotId>& gone() const { return gone_; }         // of those
   bool over() const;                                              // nobody writes more of its camera

@@ -8,13 +8,12 @@
 
 #include "mapping/records/kind.hpp"
 #include "mapping/team/agreement.hpp"
+#include "mapping/team/decision.hpp"
 #include "mapping/team/map_fusion.hpp"
-#include "mapping/team/pair_schedule.hpp"
-#include "mapping/team/patience.hpp"
+#include "mapping/team/pair_verifier.hpp"
 #include "mapping/team/presence.hpp"
 #include "mapping/team/team_event.hpp"
 #include "mapping/team/team_log.hpp"
-#include "mapping/team/verify.hpp"
 
 namespace onemap::mapping {
 
@@ -82,37 +81,29 @@ class TeamMap {
   const std::map<std::uint16_t, RefusedRecords>& refused() const { return refused_; }  // by kind
 
  private:
+  enum class Work { none, verified, fused };
   void refuse(const RecordId& id, std::uint16_t kind, const std::string& reason);
   void tell(const Record& record, bool first_hello);
-  PairSchedule::Keyframes keyframes(const Agreement& team, const RobotId& robot) const;
-  bool verify_next_pair(const Agreement& team, Instant now, const Stop& stop);
-  bool mine_to_verify(const Agreement& team, const RobotId& other, Instant now);
-  bool verify(const Agreement& team, const RobotId& other, Instant now, const Stop& stop);
+  bool verify(const Agreement& team, Instant now, const Stop& stop);
   std::optional<SolutionRecord> wanted(const Agreement& team) const;  // the final one, else an interim one
-  std::optional<RobotId> decider(const Agreement& team) const;
-  bool decided(const Agreement& team, const SolutionRecord& wanted) const;
   bool decide(const Agreement& team, const std::optional<SolutionRecord>& wanted);
   bool fuse(const Agreement& team, const std::optional<SolutionRecord>& wanted, Instant now, const Stop& stop);
   void fused(bool final);
   void note_end(const Agreement& team, Instant now);
   void note_gone(const Agreement& team);
-  void look_at_decider(const Agreement& team, const std::optional<SolutionRecord>& final, Instant now);
   void update_view(const Agreement& team, const std::optional<SolutionRecord>& final);
 
   const RobotId self_;
   const TeamMapConfig config_;
   TeamLog log_;
   Presence presence_;
-  PairSchedule schedule_;
-  Patience<RobotId> verifiers_;  // of pairs with this robot, whose turn it was
-  Patience<RobotId> deciders_;
-  std::set<RobotId> passed_over_;  // deciders that did not do it
+  PairVerifier verifier_;
+  Decision decision_;
   std::optional<SolutionRecord> published_;
   MapFusion fusion_;
   std::set<RecordId> malformed_;   // submaps that were to be fused
   Instant next_interim_fusion_{};  // not before
-  std::optional<RobotId> looked_;  // the last step verified the pair with this one,
-  bool added_ = false;             // or fused a robot
+  Work worked_ = Work::none;       // the last step
   bool over_ = false;              // as last looked
   Instant over_at_{}, fused_at_{};
   bool fused_anew_ = false;  // since the last observe()

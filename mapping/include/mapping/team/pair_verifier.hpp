@@ -1,0 +1,38 @@
+#pragma once
+#include <functional>
+#include <optional>
+
+#include "mapping/team/agreement.hpp"
+#include "mapping/team/pair_schedule.hpp"
+#include "mapping/team/patience.hpp"
+#include "mapping/team/verify.hpp"
+
+namespace onemap::mapping {
+
+// Looks at the pairs of robots that are this robot's to look at, when they are due: those with robots of higher ids,
+// and those with lower ones that are gone or let the team wait for long. Used by one thread.
+class PairVerifier {
+ public:
+  // interval: see PairSchedule; patience: with a lower robot that lives and does not look.
+  PairVerifier(const VerifyConfig& config, Duration interval, Duration patience)
+      : config_(config), schedule_(interval), patience_(patience) {}
+
+  struct Look {
+    LinkRecord link;
+    bool news = false;  // the link has to be written
+  };
+  // Looks at one pair; nothing when none is due, or when stop() said true in between.
+  std::optional<Look> next(const Agreement& team, Instant now, const std::function<bool()>& stop);
+  void took(Duration cost);  // the last look
+
+ private:
+  bool mine(const Agreement& team, const RobotId& other, Instant now);
+  std::optional<Look> look(const Agreement& team, const RobotId& other, Instant now, const std::function<bool()>& stop);
+
+  const VerifyConfig config_;
+  PairSchedule schedule_;
+  Patience<RobotId> patience_;
+  std::optional<RobotId> last_;
+};
+
+}  // namespace onemap::mapping

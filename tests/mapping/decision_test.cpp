@@ -1,0 +1,98 @@
+#include "mapping/team/decision.hpp"
+
+#include <gtest/gtest.h>
+
+#include "mapping/team/link_table.hpp"
+#include "mapping/team/reference.hpp"
+#include "support/team_author.hpp"
+
+namespace onemap::mapping {
+namespace {
+
+using namespace std::chrono_literals;
+using test::Author;
+using test::link_of;
+
+constexpr Instant kStart{};
+
+// a, b and c are linked and have finished; "-evil" has no link. Seen by c.
+struct DecisionTest : testing::Test {
+  Author evil{"-evil"}, a = test::small_robot("a"), b = test::small_robot("b"), c = test::small_robot("c");
+  TeamLog log{c.id(), 1};
+  Presence presence{c.id(), 100s};
+  Decision decision{10s};
+  SolutionRecord right;
+
+  void take(const RecordPtr& record) { ASSERT_TRUE(log.apply(record, kStart).ok()); }
+  void SetUp() override {
+    evil.hello();
+    a.link(link_of("a", "b", 100));
+    a.link(link_of("a", "c", 50));
+    b.link(link_of("b", "c", 70));
+    for (Author* author : {&evil, &a, &b, &c}) {
+      author->finish();
+      for (const auto& record : author->written()) take(record);
+    }
+    right = solve(log.robots(), counting_links(log));
+  }
+  // Everybody but the silent has just been heard.
+  Agreement at(Duration by, const std::set<RobotId>& silent = {}) {
+    std::map<RobotId, Instant> last_sign;
+    for (const RobotId& robot : log.robots())
+      if (!silent.contains(robot)) last_sign[robot] = kStart + by;
+    presence.update(last_sign, {});
+    return {log, presence, kStart + by};
+  }
+};
+
+TEST_F(DecisionTest, TheLowestOfTheMapDecides) {
+  EXPECT_EQ(decision.decider(at(1s)), a.id());
+  take(b.solution(right));
+  take(evil.solution({evil.id(), {{evil.id(), {}}}, 0}));
+  EXPECT_FALSE(decision.made(at(1s), right));
+  take(a.solution(right));
+  EXPECT_TRUE(decision.made(at(1s), right));
+}
+
+TEST_F(DecisionTest, WhatTheLinksDoNotSayIsNoDecision) {
+  SolutionRecord wrong = right;
+  for (auto& solved : wrong.robots)
+    if (solved.robot != wrong.reference) solved.T_global_robot.t_10um[1] += 1;
+  take(a.solution(wrong));
+  EXPECT_FALSE(decision.made(at(1s), right));
+}
+
+TEST_F(DecisionTest, WhenTheDeciderIsGoneTheNextDecidesAndWhatItDecidedStays) {
+  EXPECT_EQ(decision.decider(at(101s, {a.id()})), b.id());
+  EXPECT_FALSE(decision.made(at(101s, {a.id()}), right));
+  take(a.solution(right));
+  EXPECT_TRUE(decision.made(at(101s, {a.id()}), right));
+}
+
+TEST_F(DecisionTest, WhoDoesNotDecideIsPassedOverAfterAWhile) {
+  EXPECT_FALSE(decision.look(at(0s), right, kStart));
+  EXPECT_FALSE(decision.look(at(10s), right, kStart + 10s));
+  const auto passed = decision.look(at(11s), right, kStart + 11s);
+  ASSERT_TRUE(passed.has_value());
+  EXPECT_EQ(passed->robot, a.id());
+  EXPECT_FALSE(passed->published);
+  EXPECT_EQ(decision.decider(at(11s)), b.id());
+  take(a.solution(right));
+  EXPECT_TRUE(decision.made(at(12s), right)) << "late is not wrong";
+  EXPECT_FALSE(decision.look(at(30s), right, kStart + 30s)) << "it has been decided";
+  EXPECT_FALSE(decision.look(at(31s), std::nullopt, kStart + 31s));
+  EXPECT_EQ(decision.decider(at(31s)), a.id()) << "when all begins again, so does its turn";
+}
+
+TEST_F(DecisionTest, ThisRobotItselfIsNotPassedOver) {
+  decision.look(at(0s), right, kStart);
+  decision.look(at(11s), right, kStart + 11s);
+  decision.look(at(12s), right, kStart + 12s);
+  EXPECT_TRUE(decision.look(at(23s), right, kStart + 23s)) << "b";
+  EXPECT_EQ(decision.decider(at(24s)), c.id());
+  decision.look(at(24s), right, kStart + 24s);
+  EXPECT_FALSE(decision.look(at(90s), right, kStart + 90s));
+}
+
+}  // namespace
+}  // namespace onemap::mapping
