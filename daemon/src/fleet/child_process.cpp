@@ -63,11 +63,7 @@ Result<ChildProcess> ChildProcess::start(const std::string& program, const std::
 ChildProcess::ChildProcess(ChildProcess&& other) noexcept
     : pid_(std::exchange(other.pid_, -1)), exit_code_(other.exit_code_) {}
 
-ChildProcess::~ChildProcess() {
-  if (!running()) return;
-  kill(pid_, SIGKILL);
-  waitpid(pid_, nullptr, 0);
-}
+ChildProcess::~ChildProcess() { kill(); }
 
 bool ChildProcess::running() {
   if (pid_ < 0) return false;
@@ -80,7 +76,13 @@ bool ChildProcess::running() {
 }
 
 void ChildProcess::terminate() {
-  if (running()) kill(pid_, SIGTERM);
+  if (running()) ::kill(pid_, SIGTERM);
+}
+
+void ChildProcess::kill() {
+  if (!running()) return;
+  ::kill(pid_, SIGKILL);
+  while (running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 bool ChildProcess::wait(Duration at_most) {
@@ -93,8 +95,7 @@ bool ChildProcess::wait(Duration at_most) {
 }
 
 std::string ChildProcess::exit_text() const {
-  return exit_code_ >= 128 ? fmt::format("ended by signal {}", exit_code_ - 128)
-                           : fmt::format("exit status {}", exit_code_);
+  return exit_code_ >= 128 ? fmt::format("signal {}", exit_code_ - 128) : fmt::format("exit status {}", exit_code_);
 }
 
 }  // namespace onemap::daemon

@@ -24,7 +24,8 @@ class ChildProcess {
 
   pid_t pid() const { return pid_; }            // -1: ended
   bool running();                               // false once it ended; then exit_text() and exit_code() say how
-  void terminate();                             // SIGTERM, once it runs
+  void terminate();                             // SIGTERM, if it runs
+  void kill();                                  // SIGKILL, if it runs; it has ended when this returns
   bool wait(Duration at_most);                  // true when it ended in time
   int exit_code() const { return exit_code_; }  // 128 + signal when a signal ended it
   std::string exit_text() const;
