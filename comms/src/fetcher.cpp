@@ -1,6 +1,7 @@
 #include "fetcher.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace onemap::comms {
 
@@ -69,6 +70,7 @@ void Fetcher::note_need(const RecordId& id, const Fetch& fetch) {
 // ---- asking
 
 void Fetcher::plan(Instant now, Links& links) {
+  no_room_for_ = std::numeric_limits<std::size_t>::max();
   for (auto& [endpoint, link] : links) {
     const std::size_t out = link.outstanding() * kFragmentBytes;
     link.may_ask_bulk = out <= window(kFirstBulkLane) / 4 * 3;
@@ -180,6 +182,7 @@ void Fetcher::ask_run(Instant now, Link& link, const RecordId& id, Fetch& fetch,
 // ---- answers
 
 void Fetcher::on_data(Instant now, Link& from, const wire::Data& data) {
+  no_room_for_ = std::numeric_limits<std::size_t>::max();
   const auto at = fetches_.find(data.id);
   if (at == fetches_.end() || at->second.complete) {
     counters_.refuse(Refusal::data_unasked);
@@ -261,6 +264,7 @@ bool Fetcher::reserve(const RecordId& id, Fetch& fetch, std::uint32_t bytes) {
 bool Fetcher::make_room(const RecordId& id, std::size_t bytes) {
   const auto fits = [&] { return used_bytes_ + bytes <= limits_.reassembly_bytes; };
   if (fits() || id.seq != held(id.log)) return fits();
+  if (bytes >= no_room_for_) return false;
   for (auto it = fetches_.end(); it != fetches_.begin() && !fits();) {
     const RecordId victim = (--it)->first;
     const bool moving = victim.seq == held(victim.log) && it->second.target != nullptr;
@@ -271,6 +275,7 @@ bool Fetcher::make_room(const RecordId& id, std::size_t bytes) {
     close(victim);
     if (known) remember_size(victim, size);
   }
+  if (!fits()) no_room_for_ = bytes;
   return fits();
 }
 

@@ -113,6 +113,7 @@ class Fetcher {
   std::map<RecordId, std::uint32_t> sizes_;  // of records whose fetch was closed for want of room
   std::vector<Stored> stored_;
   std::size_t used_bytes_ = 0;
+  std::size_t no_room_for_ = 0;  // looked for in vain since the last plan: so many bytes, and more
   std::uint32_t next_serial_ = 1;
 };
 

@@ -303,7 +303,7 @@ TEST(Hostile, PingsAndRequestsAreAnsweredWithinBounds) {
 
 // Datagrams of the right form with any content, in any order, from neighbours and others, while time goes on.
 TEST(Hostile, NoSequenceOfValidFramesBreaksANode) {
-  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     sim::Random random(seed);
     NodeConfig config;
     config.peers = {Endpoint::ipv4(10, 0, 0, 1, 1)};
@@ -371,7 +371,7 @@ TEST(Hostile, NoSequenceOfValidFramesBreaksANode) {
       }
     };
     std::uint32_t counter = 0;
-    for (int round = 0; round < 6'000; ++round) {
+    for (int round = 0; round < 4'000; ++round) {
       const Endpoint from = Endpoint::ipv4(10, 0, 0, static_cast<std::uint8_t>(1 + random.below(5)), 1);
       const std::uint64_t sender = random.below(20) == 0 ? life() % wire::kFirstBadIncarnation : 5;
       wire::Header header{random.below(20) == 0 ? wire::DatagramType::group : wire::DatagramType::unicast,
