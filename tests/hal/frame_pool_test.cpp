@@ -6,6 +6,7 @@
 #include <optional>
 #include <thread>
 #include <type_traits>
+#include <vector>
 
 namespace onemap::hal {
 namespace {
@@ -79,6 +80,32 @@ TEST(FramePool, TheViewShowsTheFrame) {
   EXPECT_EQ(view.depth[23], 77);
   EXPECT_EQ(view.rgb.data(), frame.rgb().data());
   EXPECT_EQ(view.intrinsics, &pool.intrinsics());
+}
+
+TEST(FramePool, BorrowedDepthIsShownAndGivenBackOnce) {
+  FramePool pool(small(), 2);
+  const auto returned = std::make_shared<std::vector<std::uint32_t>>();
+  const std::vector<std::uint16_t> device(24, 9);
+  const auto loan = [&](std::uint32_t buffer) {
+    return DepthLoan{device, returned,
+                     [](void* to, std::uint32_t b) { static_cast<std::vector<std::uint32_t>*>(to)->push_back(b); },
+                     buffer};
+  };
+  {
+    Frame frame = pool.acquire();
+    frame.borrow(loan(4));
+    EXPECT_EQ(frame.view().depth.data(), device.data());
+    Frame other = std::move(frame);
+    EXPECT_EQ(other.view().depth.data(), device.data());
+    EXPECT_TRUE(returned->empty());
+    other.borrow(loan(5));
+    EXPECT_EQ(*returned, std::vector<std::uint32_t>({4}));
+    other.return_loan();
+    EXPECT_EQ(other.view().depth.data(), other.depth().data());
+    other.borrow(loan(6));
+  }
+  EXPECT_EQ(*returned, std::vector<std::uint32_t>({4, 5, 6}));
+  EXPECT_EQ(returned.use_count(), 1);
 }
 
 TEST(FramePool, AcquireWaitsForAReturn) {

@@ -181,7 +181,7 @@ TEST(LocalMapper, AFrameWhoseTimeDoesNotIncreaseIsRefusedAndLeavesNoTrace) {
     mapper.process(frame->view());
     for (const auto step : {std::chrono::milliseconds(0), std::chrono::milliseconds(1000)}) {
       hal::FrameView late = frame->view();
-      late.time -= step;
+      late.colour_time -= step;
       const FrameReport report = mapper.process(late);
       EXPECT_EQ(report.reason, TrackReason::time_not_increasing);
       EXPECT_EQ(report.state, TrackState::tracking);
