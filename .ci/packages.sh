@@ -7,7 +7,7 @@ build_packages=(
   libegl-dev libgles-dev libegl1 libgles2 libgl1-mesa-dri libpng-dev libjpeg62-turbo-dev
   libzstd-dev libxxhash-dev libtomlplusplus-dev libfmt-dev libcli11-dev libgtest-dev libgmock-dev
 )
-check_packages=(clang-format clang-tidy python3-minimal python3-numpy)
+check_packages=(clang-format clang-tidy python3-minimal python3-numpy umockdev libumockdev-dev)
 
 # install_missing PACKAGE...: says what it is about to install, then installs it as root or with sudo.
 install_missing() {

@@ -2,6 +2,63 @@
 
 namespace onemap::comms {
 
+namespace {
+struct Texts {
+  Refusal reason;
+  std::string_view name, words;
+  bool everyday = false;
+};
+
+// In the order of the enumeration.
+constexpr std::array<Texts, kRefusalCount> kTexts{{
+    {Refusal::too_short, "too_short", "a datagram shorter than a header"},
+    {Refusal::too_long, "too_long", "a datagram longer than the protocol allows"},
+    {Refusal::bad_magic, "bad_magic", "a datagram of another protocol"},
+    {Refusal::bad_version, "bad_version", "a datagram of another version of the protocol"},
+    {Refusal::bad_type, "bad_type", "a datagram of an unknown type"},
+    {Refusal::bad_reserved, "bad_reserved", "a datagram with reserved bits set"},
+    {Refusal::bad_frame, "bad_frame", "a datagram with a malformed frame"},
+    {Refusal::bad_robot_id, "bad_robot_id", "a datagram that names a robot whose id is no valid name"},
+    {Refusal::bad_incarnation, "bad_incarnation", "a number of a life that is too great to be one"},
+    {Refusal::stranger, "stranger", "more than a greeting from an address that is no proved neighbour", true},
+    {Refusal::wrong_receiver, "wrong_receiver", "a datagram meant for another robot or another life", true},
+    {Refusal::own_echo, "own_echo", "an own datagram that came back", true},
+    {Refusal::id_conflict, "id_conflict", "a greeting with an id that another robot uses already"},
+    {Refusal::second_path, "second_path", "a greeting of a known neighbour from a second address", true},
+    {Refusal::neighbours_full, "neighbours_full", "a greeting; there is no room for more neighbours"},
+    {Refusal::address_full, "address_full", "a greeting; there are too many neighbours of that address already"},
+    {Refusal::candidate, "candidate",
+     "a greeting under another name or life from a living neighbour's address, until it proves to be there"},
+    {Refusal::former_life, "former_life", "a greeting of a robot of whom records of a later life are here; it is told"},
+    {Refusal::duplicate, "duplicate", "a datagram that was seen before", true},
+    {Refusal::too_old, "too_old", "a datagram that is too late", true},
+    {Refusal::counter_jump, "counter_jump", "a datagram whose counter is far ahead, until the next confirms it", true},
+    {Refusal::logs_full, "logs_full", "a log; there is no room for more logs"},
+    {Refusal::robot_logs_full, "robot_logs_full", "a log of a robot that has too many already"},
+    {Refusal::robots_full, "robots_full", "a log of a robot; there is no room for more robots"},
+    {Refusal::status_unknown, "status_unknown", "hearsay about a robot or a life of which no record is here", true},
+    {Refusal::own_log_ahead, "own_log_ahead", "an offer of own records that this robot never wrote"},
+    {Refusal::later_life, "later_life", "records or hearsay in this robot's name, of a life that it did not begin"},
+    {Refusal::contradicts_author, "contradicts_author",
+     "records of a later life of a robot than the one in which it greets this robot itself"},
+    {Refusal::want_unknown, "want_unknown", "a request for a record that is not here"},
+    {Refusal::want_over_credit, "want_over_credit", "a request beyond the asker's credit"},
+    {Refusal::data_unasked, "data_unasked", "a part of a record that nobody asked for", true},
+    {Refusal::data_conflict, "data_conflict", "parts of one record that contradict each other"},
+    {Refusal::data_bad_hash, "data_bad_hash", "a record that is not what its hash says"},
+    {Refusal::reassembly_full, "reassembly_full", "a part of a record; there is no room to put it together"},
+    {Refusal::store_refused, "store_refused", "a record of another robot; the store has no room"},
+    {Refusal::append_refused, "append_refused", "a record of this robot; it is too large or the store has no room"},
+}};
+
+constexpr bool in_order() {
+  for (std::size_t i = 0; i < kTexts.size(); ++i)
+    if (kTexts[i].reason != static_cast<Refusal>(i) || kTexts[i].words.empty()) return false;
+  return true;
+}
+static_assert(in_order(), "every refusal has its name and its words");
+}  // namespace
+
 std::string_view name(FrameType type) {
   switch (type) {
     case FrameType::beacon:
@@ -20,70 +77,18 @@ std::string_view name(FrameType type) {
       return "ping";
     case FrameType::pong:
       return "pong";
+    case FrameType::later_life:
+      return "later_life";
   }
   return "unknown";
 }
 
 std::string_view name(Refusal reason) {
-  switch (reason) {
-    case Refusal::too_short:
-      return "too_short";
-    case Refusal::too_long:
-      return "too_long";
-    case Refusal::bad_magic:
-      return "bad_magic";
-    case Refusal::bad_version:
-      return "bad_version";
-    case Refusal::bad_type:
-      return "bad_type";
-    case Refusal::bad_reserved:
-      return "bad_reserved";
-    case Refusal::bad_frame:
-      return "bad_frame";
-    case Refusal::stranger:
-      return "stranger";
-    case Refusal::wrong_receiver:
-      return "wrong_receiver";
-    case Refusal::own_echo:
-      return "own_echo";
-    case Refusal::id_conflict:
-      return "id_conflict";
-    case Refusal::second_path:
-      return "second_path";
-    case Refusal::neighbours_full:
-      return "neighbours_full";
-    case Refusal::duplicate:
-      return "duplicate";
-    case Refusal::too_old:
-      return "too_old";
-    case Refusal::logs_full:
-      return "logs_full";
-    case Refusal::robots_full:
-      return "robots_full";
-    case Refusal::own_log_ahead:
-      return "own_log_ahead";
-    case Refusal::want_unknown:
-      return "want_unknown";
-    case Refusal::want_over_credit:
-      return "want_over_credit";
-    case Refusal::data_unasked:
-      return "data_unasked";
-    case Refusal::data_conflict:
-      return "data_conflict";
-    case Refusal::data_bad_hash:
-      return "data_bad_hash";
-    case Refusal::reassembly_full:
-      return "reassembly_full";
-    case Refusal::store_refused:
-      return "store_refused";
-    case Refusal::append_refused:
-      return "append_refused";
-    case Refusal::count:
-      break;
-  }
-  return "none";
+  return reason < Refusal::count ? kTexts[static_cast<std::size_t>(reason)].name : "none";
 }
-
-std::string_view words(Refusal reason) { return name(reason); }
+std::string_view words(Refusal reason) {
+  return reason < Refusal::count ? kTexts[static_cast<std::size_t>(reason)].words : "nothing";
+}
+bool everyday(Refusal reason) { return reason < Refusal::count && kTexts[static_cast<std::size_t>(reason)].everyday; }
 
 }  // namespace onemap::comms

@@ -1,6 +1,7 @@
 #include "fetcher.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace onemap::comms {
 
@@ -17,8 +18,8 @@ constexpr auto kStoreRetry = milliseconds(1000);
 constexpr auto kAvoid = milliseconds(1000);
 }  // namespace
 
-Fetcher::Fetcher(Limits limits, LogStore& store, Counters& counters)
-    : limits_(limits), store_(store), counters_(counters) {
+Fetcher::Fetcher(Limits limits, LogStore& store, Counters& counters, Judge judge)
+    : limits_(limits), store_(store), counters_(counters), judge_(std::move(judge)) {
   // Room for the largest record, or it would never arrive.
   limits_.reassembly_bytes = std::max(limits_.reassembly_bytes, kMaxRecordBytes + 2 * kMaxGuess * kFragmentBytes);
 }
@@ -34,6 +35,28 @@ std::uint32_t Fetcher::held(const LogId& log) const {
   return at == store_.frontier().end() ? 0 : at->second;
 }
 
+// The most that a living neighbour holds of it.
+std::uint32_t Fetcher::offer(const LogId& log, const Links& links) const {
+  std::uint32_t most = 0;
+  for (const auto& [endpoint, link] : links) {
+    const auto at = link.holds.find(log);
+    if (link.alive && at != link.holds.end()) most = std::max(most, at->second);
+  }
+  return most;
+}
+
+std::vector<std::pair<LogId, std::uint32_t>> Fetcher::missing(const Links& links) const {
+  std::vector<std::pair<LogId, std::uint32_t>> all;
+  for (const auto& lane : lacking_)
+    for (const auto& [log, next] : lane) {
+      const std::uint32_t have = held(log), there = offer(log, links);
+      if (there > have) all.emplace_back(log, there - have);
+    }
+  return all;
+}
+
+std::string Fetcher::store_full() const { return blocked_.empty() ? std::string() : blocked_.begin()->second.why; }
+
 void Fetcher::offered(const LogId& log) { lacking_[log.lane].try_emplace(log, held(log)); }
 
 // Keeps needs_ equal to the fetches with missing fragments; called wherever `missing` changes.
@@ -47,6 +70,7 @@ void Fetcher::note_need(const RecordId& id, const Fetch& fetch) {
 // ---- asking
 
 void Fetcher::plan(Instant now, Links& links) {
+  no_room_for_ = std::numeric_limits<std::size_t>::max();
   for (auto& [endpoint, link] : links) {
     const std::size_t out = link.outstanding() * kFragmentBytes;
     link.may_ask_bulk = out <= window(kFirstBulkLane) / 4 * 3;
@@ -60,7 +84,8 @@ void Fetcher::plan(Instant now, Links& links) {
 void Fetcher::ask_missing(Instant now, std::uint8_t lane, Links& links) {
   for (auto it = needs_[lane].begin(); it != needs_[lane].end();) {
     const RecordId id = *it++;  // asking for all of it takes it out of the set
-    Fetch& fetch = fetches_.at(id);
+    Fetch& fetch = fetches_.find(id)->second;
+    if (fetch.not_before > now) continue;
     if (fetch.target == nullptr) fetch.target = choose(now, id, links);
     if (fetch.target != nullptr) ask(now, *fetch.target, id, fetch);
   }
@@ -69,20 +94,15 @@ void Fetcher::ask_missing(Instant now, std::uint8_t lane, Links& links) {
 void Fetcher::open_more(Instant now, std::uint8_t lane, Links& links) {
   for (auto it = lacking_[lane].begin(); it != lacking_[lane].end();) {
     const LogId log = it->first;
-    std::uint32_t offer = 0;
-    for (const auto& [endpoint, link] : links) {
-      const auto at = link.holds.find(log);
-      if (link.alive && at != link.holds.end()) offer = std::max(offer, at->second);
-    }
-    const std::uint32_t have = held(log);
-    if (offer <= have) {
+    const std::uint32_t have = held(log), offered = offer(log, links);
+    if (offered <= have) {
       it = lacking_[lane].erase(it);
       continue;
     }
     std::uint32_t& next = it->second;
     next = std::max(next, have);
     if (!blocked_.contains(log))
-      while (next < std::min(offer, have + kLookahead) && open(now, {log, next}, links)) ++next;
+      while (next < std::min(offered, have + kLookahead) && open(now, {log, next}, links)) ++next;
     ++it;
   }
 }
@@ -162,13 +182,18 @@ void Fetcher::ask_run(Instant now, Link& link, const RecordId& id, Fetch& fetch,
 // ---- answers
 
 void Fetcher::on_data(Instant now, Link& from, const wire::Data& data) {
+  no_room_for_ = std::numeric_limits<std::size_t>::max();
   const auto at = fetches_.find(data.id);
   if (at == fetches_.end() || at->second.complete) {
-    ++counters_.refused[static_cast<std::size_t>(Refusal::data_unasked)];
+    counters_.refuse(Refusal::data_unasked);
     counters_.duplicate_body_bytes += data.bytes.size();
     return;
   }
   Fetch& fetch = at->second;
+  if (const Refusal refused = judge_(data.id.log); refused != Refusal::count) {
+    counters_.refuse(refused);
+    return abandon([&](const LogId& log) { return log == data.id.log; });
+  }
   if (!learn(from, data, fetch)) return;
   std::uint32_t& state = fetch.fragments[data.fragment];
   if (state != kMissing && state != kReceived && fetch.target != nullptr) {
@@ -198,11 +223,11 @@ void Fetcher::on_data(Instant now, Link& from, const wire::Data& data) {
 bool Fetcher::learn(Link& from, const wire::Data& data, Fetch& fetch) {
   if (fetch.known) {
     if (fetch.kind == data.kind && fetch.total_bytes == data.total_bytes && fetch.hash == data.body_hash) return true;
-    ++counters_.refused[static_cast<std::size_t>(Refusal::data_conflict)];
+    counters_.refuse(Refusal::data_conflict);
     if (&from != fetch.target) return false;
     restart(data.id, fetch);  // whom we ask now counts more than whom we asked before
   }
-  if (!reserve(data.id, data.total_bytes)) return false;
+  if (!reserve(data.id, fetch, data.total_bytes)) return false;
   const std::uint32_t count = wire::fragments_of(data.total_bytes);
   cut(data.id, fetch, count);
   fetch.known = true;
@@ -220,11 +245,10 @@ bool Fetcher::learn(Link& from, const wire::Data& data, Fetch& fetch) {
 
 // Makes the fetch's reservation the record's real size, or closes the fetch: then it is opened again, with the size
 // known, when there is room.
-bool Fetcher::reserve(const RecordId& id, std::uint32_t bytes) {
-  Fetch& fetch = fetches_.at(id);
+bool Fetcher::reserve(const RecordId& id, Fetch& fetch, std::uint32_t bytes) {
   const std::size_t more = bytes > fetch.reserved_bytes ? bytes - fetch.reserved_bytes : 0;
   if (!make_room(id, more)) {
-    ++counters_.refused[static_cast<std::size_t>(Refusal::reassembly_full)];
+    counters_.refuse(Refusal::reassembly_full);
     close(id);
     remember_size(id, bytes);
     return false;
@@ -240,6 +264,7 @@ bool Fetcher::reserve(const RecordId& id, std::uint32_t bytes) {
 bool Fetcher::make_room(const RecordId& id, std::size_t bytes) {
   const auto fits = [&] { return used_bytes_ + bytes <= limits_.reassembly_bytes; };
   if (fits() || id.seq != held(id.log)) return fits();
+  if (bytes >= no_room_for_) return false;
   for (auto it = fetches_.end(); it != fetches_.begin() && !fits();) {
     const RecordId victim = (--it)->first;
     const bool moving = victim.seq == held(victim.log) && it->second.target != nullptr;
@@ -250,6 +275,7 @@ bool Fetcher::make_room(const RecordId& id, std::size_t bytes) {
     close(victim);
     if (known) remember_size(victim, size);
   }
+  if (!fits()) no_room_for_ = bytes;
   return fits();
 }
 
@@ -278,10 +304,13 @@ void Fetcher::answered(Instant now, Link& target, const RecordId& id, std::uint3
 
 void Fetcher::settle(Instant now, Link& from, const RecordId& id, Fetch& fetch) {
   if (wire::body_hash(fetch.kind, fetch.body) != fetch.hash) {
-    ++counters_.refused[static_cast<std::size_t>(Refusal::data_bad_hash)];
+    counters_.refuse(Refusal::data_bad_hash);
     restart(id, fetch);
     fetch.target = nullptr;
     from.avoid_until = now + kAvoid;
+    // Bad luck once; who spoils it again and again is not worth the bandwidth.
+    if (++fetch.bad_bodies > 1) fetch.not_before = now + kAvoid * (1u << std::min(fetch.bad_bodies - 2, 6u));
+    wake_ = std::min(wake_, std::max(fetch.not_before, now));
     return;
   }
   fetch.complete = true;
@@ -294,10 +323,14 @@ void Fetcher::store_in_order(Instant now, const LogId& log) {
        at = fetches_.find({log, held(log)})) {
     const RecordId id = at->first;
     Fetch& fetch = at->second;
+    if (const Refusal refused = judge_(log); refused != Refusal::count) {
+      counters_.refuse(refused);
+      return abandon([&](const LogId& other) { return other == log; });
+    }
     // The body is copied only when the store may refuse it: then it must survive for the next try.
-    if (!store_.append({id, fetch.kind, fetch.body})) {
-      ++counters_.refused[static_cast<std::size_t>(Refusal::store_refused)];
-      blocked_[log] = now + kStoreRetry;
+    if (auto kept = store_.append({id, fetch.kind, fetch.body}); !kept) {
+      counters_.refuse(Refusal::store_refused);
+      blocked_[log] = {now + kStoreRetry, kept.error().text()};
       return;
     }
     ++counters_.records_received;

@@ -1,9 +1,11 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -23,13 +25,16 @@ class Fetcher {
   struct Limits {
     std::size_t credit_bytes, reassembly_bytes;
   };
-  Fetcher(Limits limits, LogStore& store, Counters& counters);
+  // `judge` says at any time whether records of a log may come in (Refusal::count), or why not.
+  using Judge = std::function<Refusal(const LogId&)>;
+  Fetcher(Limits limits, LogStore& store, Counters& counters, Judge judge);
 
   void offered(const LogId& log);  // a live neighbour holds more of this log than we do
   void on_data(Instant now, Link& from, const wire::Data& data);
   void on_timer(Instant now, Links& links);  // gives up what is lost or silent
   void plan(Instant now, Links& links);      // asks for what is missing, as far as credit and memory go
   void drop(Link& link);                     // it is gone: ask others
+  void abandon(const std::function<bool(const LogId&)>& which);  // logs that nobody shall be asked for any longer
   Instant next_deadline(const Links& links) const;
 
   struct Stored {
@@ -38,7 +43,9 @@ class Fetcher {
   };
   std::vector<Stored> take_stored() { return std::exchange(stored_, {}); }
   std::size_t credit_to_announce() const { return window(0); }
-  std::size_t used_bytes() const { return used_bytes_; }
+  // Logs of which living neighbours hold more than is here, and how much more.
+  std::vector<std::pair<LogId, std::uint32_t>> missing(const Links& links) const;
+  std::string store_full() const;  // the store's words, while complete records wait for room in it
 
  private:
   static constexpr std::uint32_t kMissing = 0, kReceived = 0xFFFFFFFF;  // else: the serial of the ask on its way
@@ -52,6 +59,8 @@ class Fetcher {
     std::uint64_t hash = 0;
     std::uint32_t received = 0, missing = 0;
     std::size_t reserved_bytes = 0;
+    unsigned bad_bodies = 0;               // complete, with a wrong hash
+    Instant not_before{};                  // then it is asked for again
     std::vector<std::uint32_t> fragments;  // state of each; as many as guessed while the size is not known
     std::vector<std::uint8_t> body;
   };
@@ -59,6 +68,7 @@ class Fetcher {
 
   std::size_t window(std::uint8_t lane) const;
   std::uint32_t held(const LogId& log) const;
+  std::uint32_t offer(const LogId& log, const Links& links) const;
   void note_need(const RecordId& id, const Fetch& fetch);
   // asking
   void ask(Instant now, Link& link, const RecordId& id, Fetch& fetch);
@@ -69,7 +79,7 @@ class Fetcher {
   bool open(Instant now, const RecordId& id, Links& links);
   // answers
   bool learn(Link& from, const wire::Data& data, Fetch& fetch);
-  bool reserve(const RecordId& id, std::uint32_t bytes);
+  bool reserve(const RecordId& id, Fetch& fetch, std::uint32_t bytes);
   bool make_room(const RecordId& id, std::size_t bytes);
   void remember_size(const RecordId& id, std::uint32_t bytes);
   void answered(Instant now, Link& from, const RecordId& id, std::uint32_t serial);
@@ -89,14 +99,21 @@ class Fetcher {
   Limits limits_;
   LogStore& store_;
   Counters& counters_;
+  Judge judge_;
   Fetches fetches_;
   std::array<std::set<RecordId>, kLaneCount> needs_;                // with missing fragments
   std::array<std::map<LogId, std::uint32_t>, kLaneCount> lacking_;  // log -> next record to open
   std::array<std::uint32_t, kLaneCount> guess_{1, 1, 4, 8, 8};      // fragments of the next record
-  std::map<LogId, Instant> blocked_;                                // the store had no room; try again then
+  struct Blocked {
+    Instant again;
+    std::string why;
+  };
+  std::map<LogId, Blocked> blocked_;         // the store had no room; try again then
+  Instant wake_ = Instant::max();            // a fetch is asked for again then
   std::map<RecordId, std::uint32_t> sizes_;  // of records whose fetch was closed for want of room
   std::vector<Stored> stored_;
   std::size_t used_bytes_ = 0;
+  std::size_t no_room_for_ = 0;  // looked for in vain since the last plan: so many bytes, and more
   std::uint32_t next_serial_ = 1;
 };
 

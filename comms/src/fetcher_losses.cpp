@@ -20,9 +20,13 @@ void Fetcher::on_timer(Instant now, Links& links) {
     if (link.silences >= kSilencesToRetarget) retarget(now, link, links);
   }
   std::vector<LogId> again;
-  for (const auto& [log, at] : blocked_)
-    if (at <= now) again.push_back(log);
+  for (const auto& [log, blocked] : blocked_)
+    if (blocked.again <= now) again.push_back(log);
   for (const LogId& log : again) store_in_order(now, log);
+  if (wake_ > now) return;
+  wake_ = Instant::max();
+  for (const auto& [id, fetch] : fetches_)
+    if (fetch.not_before > now) wake_ = std::min(wake_, fetch.not_before);
 }
 
 Instant Fetcher::next_deadline(const Links& links) const {
@@ -33,7 +37,8 @@ Instant Fetcher::next_deadline(const Links& links) const {
       next = std::min(next, lane.progress + link.round_trip.give_up_after(link.silences));
       if (lane.suspect_since) next = std::min(next, *lane.suspect_since + link.round_trip.reorder_window());
     }
-  for (const auto& [log, at] : blocked_) next = std::min(next, at);
+  for (const auto& [log, blocked] : blocked_) next = std::min(next, blocked.again);
+  next = std::min(next, wake_);
   return next;
 }
 
@@ -63,9 +68,11 @@ void Fetcher::lose_silent(Instant now, Link& link, std::uint8_t lane_index) {
 }
 
 void Fetcher::lose(AskLane& lane, Ask& ask) {
-  Fetch& fetch = fetches_.at(ask.id);
   ask.done = true;
   --lane.outstanding;
+  const auto at = fetches_.find(ask.id);
+  if (at == fetches_.end() || ask.fragment >= at->second.fragments.size()) return;
+  Fetch& fetch = at->second;
   fetch.fragments[ask.fragment] = kMissing;
   ++fetch.missing;
   note_need(ask.id, fetch);
@@ -93,6 +100,15 @@ void Fetcher::drop(Link& link) {
   for (AskLane& lane : link.lanes) lane = {};
   link.wants.clear();
   link.want_at.reset();
+}
+
+void Fetcher::abandon(const std::function<bool(const LogId&)>& which) {
+  std::vector<RecordId> records;
+  for (const auto& [id, fetch] : fetches_)
+    if (which(id.log)) records.push_back(id);
+  for (const RecordId& id : records) close(id);
+  for (auto& lane : lacking_) std::erase_if(lane, [&](const auto& entry) { return which(entry.first); });
+  std::erase_if(blocked_, [&](const auto& entry) { return which(entry.first); });
 }
 
 void Fetcher::release(const RecordId& id, Fetch& fetch) {

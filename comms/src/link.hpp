@@ -1,6 +1,5 @@
 #pragma once
 #include <array>
-#include <bitset>
 #include <cstdint>
 #include <deque>
 #include <optional>
@@ -11,39 +10,11 @@
 #include "comms/wire.hpp"
 #include "hal/base/record.hpp"
 #include "hal/base/time.hpp"
+#include "receive_window.hpp"
+#include "round_trip.hpp"
 #include "serve_queue.hpp"
 
 namespace onemap::comms {
-
-// Which datagram counters of a sender were seen, and how many were lost.
-class ReceiveWindow {
- public:
-  enum class Verdict { fresh, duplicate, too_old };
-  Verdict accept(std::uint32_t counter);
-  double loss() const { return loss_; }
-
- private:
-  static constexpr std::uint32_t kWindow = 2048, kBlock = 64;
-  void count_block();
-  std::bitset<kWindow> seen_;
-  std::uint32_t highest_ = 0, block_start_ = 0, received_in_block_ = 0;
-  double loss_ = 0.0;
-  bool measured_ = false;
-};
-
-// Smoothed round trip and the silence after which an answer is given up (RFC 6298, with a floor fit for one hop).
-class RoundTrip {
- public:
-  static constexpr unsigned kPatientSilences = 4;  // silences that do not lengthen the wait
-  void sample(Duration rtt);
-  Duration smoothed() const { return srtt_; }  // 0: not measured
-  Duration give_up_after(unsigned silences) const;
-  Duration reorder_window() const;  // how long an overtaken datagram may still be on its way
-  void was_hasty();                 // what had been given up came after all
-
- private:
-  Duration srtt_{0}, var_{0}, hasty_{0};
-};
 
 // A fragment that was asked for. Asks of one lane are served in the order in which they were asked.
 struct Ask {
@@ -62,15 +33,28 @@ struct AskLane {
   std::optional<Instant> suspect_since;  // the earliest overtaken_at
 };
 
+// Who greets from the address of a living neighbour under another name or life: first it has to name our incarnation,
+// then to repeat a token that was sent to that address.
+struct Candidate {
+  RobotId robot;
+  std::uint64_t incarnation = 0;  // 0: nobody
+  bool beacon_due = false, ping_due = false;
+  std::uint32_t token = 0;  // 0: it has not named us yet
+  Instant stays_until{};    // before that, no other takes its place
+};
+
 // All that is known about one endpoint: who it is, what it holds, what is asked of it and what it asked for.
 struct Link {  // NOLINT(clang-analyzer-optin.performance.Padding): in the order of meaning
   // who
   Endpoint endpoint;
   bool configured = false;  // greeted although it never answered
+  bool ever_heard = false;  // by whatever name
   RobotId robot;
   std::uint64_t incarnation = 0;  // 0: never heard
-  bool alive = false;             // it knows our incarnation, and was heard within the time limit
+  bool proved = false;            // it has named our incarnation, so it hears us at this address
+  bool alive = false;             // proved, and heard within the time limit
   Instant last_heard{};
+  Candidate candidate;
 
   // datagrams
   std::uint32_t next_counter = 1;
@@ -82,16 +66,21 @@ struct Link {  // NOLINT(clang-analyzer-optin.performance.Padding): in the order
   VersionVector holds;
   std::uint64_t holds_digest = 0;
   std::uint64_t claimed_digest = 0, map_digest = 0;
-  std::uint32_t claimed_at = 0;  // datagram counter of the claim
+  std::uint64_t claimed_at = 0;  // unfolded datagram counter of the claim
   std::uint8_t flags = 0;
   std::optional<Instant> request_have_at;  // its digest differs from what we think it holds
   unsigned have_requests = 0;              // in a row, without success
+  Instant last_have_request{};
+  bool has_refused_logs = false;  // it holds what we do not take: then the digests differ for long
 
   // what to tell it
   bool beacon_due = false;
   bool have_request_due = false;
   std::optional<std::uint32_t> pong_due;
   bool ping_due = false;
+  bool status_echo_due = false;                 // what it said about itself is older than what others say that it said
+  std::optional<std::uint64_t> later_life_due;  // somebody offers records of its, of this later life
+  Instant later_life_again{};
   std::set<LogId> have_dirty;
   std::optional<Instant> have_at;
   Instant last_have{}, next_full_have{};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <string>
 #include <utility>
 
 #include "node_impl.hpp"
@@ -21,19 +22,21 @@ std::uint64_t seed_of(const RobotId& robot, std::uint64_t incarnation) {
 Node::Impl::Impl(NodeConfig config_, LogStore& store_)
     : config(std::move(config_)),
       store(store_),
-      fetcher({config.credit_bytes, config.reassembly_bytes}, store, counters),
-      team(config.self, config.incarnation, config.max_robots),
+      fetcher({config.credit_bytes, config.reassembly_bytes}, store, counters,
+              [this](const LogId& log) { return judge(log); }),
+      team(config.self, config.incarnation, config.max_robots, config.max_neighbours),
       beacon_interval(config.beacon_min),
       random(seed_of(config.self, config.incarnation)) {
-  assert(config.incarnation != 0);
+  assert(wire::is_life(config.incarnation) && config.self.valid());
   for (const Endpoint& peer : config.peers) {
     Link& link = links[peer];
     link.endpoint = peer;
     link.configured = true;
   }
+  store.scan([this](const std::shared_ptr<const Record>& record) { applied.push_back(record); });
   for (const auto& [log, count] : store.frontier()) {
-    for (std::uint32_t seq = 0; seq < count; ++seq) applied.push_back(store.find({log, seq}));
     hops[log].assign(count, 0);
+    team.recorded(log, true, now);
     frontier_digest += entry_digest(log, count);
   }
   team.set_own(frontier_digest, 0, 0);
@@ -44,13 +47,38 @@ std::uint32_t Node::Impl::held(const LogId& log) const {
   return at == store.frontier().end() ? 0 : at->second;
 }
 
+void Node::Impl::advance(Instant to) {
+  if (now == Instant{}) team.start(to);
+  now = std::max(now, to);
+}
+
+Refusal Node::Impl::judge(const LogId& log) const {
+  if (!wire::is_life(log.incarnation)) return Refusal::bad_incarnation;
+  if (log.robot == config.self && log.incarnation > config.incarnation) return Refusal::later_life;
+  const Link* author = living(log.robot);
+  if (author != nullptr && log.incarnation > author->incarnation) return Refusal::contradicts_author;
+  if (held(log) > 0) return Refusal::count;
+  if (store.frontier().size() >= config.max_logs) return Refusal::logs_full;
+  if (!team.room_for(log.robot, author != nullptr)) return Refusal::robots_full;
+  const bool own_word = author != nullptr && log.incarnation == author->incarnation;
+  if (!own_word && team.logs_of(log.robot) >= config.max_logs_of_robot) return Refusal::robot_logs_full;
+  return Refusal::count;
+}
+
 Result<RecordId> Node::Impl::append(std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body) {
   const LogId log{config.self, lane, config.incarnation};
   const RecordId id{log, held(log)};
-  if (lane >= kLaneCount || body.size() > kMaxRecordBytes || !store.append({id, kind, std::move(body)})) {
+  const auto refused = [this](std::string why) {
     refuse(Refusal::append_refused);
-    return Error{"store", "no room"};
-  }
+    return Error{"own record", std::move(why)};
+  };
+  if (lane >= kLaneCount)
+    return refused("lane " + std::to_string(lane) + " is unknown; lanes are 0 to " + std::to_string(kLaneCount - 1));
+  if (body.size() > kMaxRecordBytes)
+    return refused("its body has " + std::to_string(body.size()) + " bytes; a record holds at most " +
+                   std::to_string(kMaxRecordBytes));
+  if (auto kept = store.append({id, kind, std::move(body)}); !kept) return refused(kept.error().text());
+  if (auto kept = store.sync(); !kept) return refused(kept.error().text());  // durable before anybody hears of it
   ++counters.records_appended;
   stored(id, 0);
   return id;
@@ -60,6 +88,7 @@ void Node::Impl::stored(const RecordId& id, std::uint8_t hop_count) {
   constexpr auto kHaveGap = std::chrono::milliseconds(5), kHaveIdle = std::chrono::milliseconds(50);
   applied.push_back(store.find(id));
   hops[id.log].push_back(hop_count);
+  team.recorded(id.log, id.seq == 0, now);
   frontier_digest += entry_digest(id.log, id.seq + 1) - entry_digest(id.log, id.seq);
   for (auto& [endpoint, link] : links) {
     if (!link.alive) continue;
@@ -81,28 +110,34 @@ std::uint64_t Node::Impl::hash_of(const Record& record) {
   return hashes[record.id] = wire::body_hash(record.kind, record.body);
 }
 
+std::optional<std::uint8_t> Node::Impl::hops_of(const RecordId& id) const {
+  const auto log = hops.find(id.log);
+  if (log == hops.end() || id.seq >= log->second.size()) return std::nullopt;
+  return log->second[id.seq];
+}
+
 Node::Node(NodeConfig config, LogStore& store) : impl_(std::make_unique<Impl>(std::move(config), store)) {}
 Node::~Node() = default;
 
 void Node::on_datagram(Instant now, const Endpoint& from, std::span<const std::uint8_t> bytes) {
-  impl_->now = std::max(impl_->now, now);
+  impl_->advance(now);
   impl_->receive(from, bytes);
 }
 
 void Node::on_timer(Instant now) {
-  impl_->now = std::max(impl_->now, now);
+  impl_->advance(now);
   impl_->tick();
 }
 
 Instant Node::next_deadline() const { return impl_->next_deadline(); }
 
 Result<RecordId> Node::append(Instant now, std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body) {
-  impl_->now = std::max(impl_->now, now);
+  impl_->advance(now);
   return impl_->append(lane, kind, std::move(body));
 }
 
 void Node::set_local_status(Instant now, std::uint64_t map_digest, std::uint8_t flags) {
-  impl_->now = std::max(impl_->now, now);
+  impl_->advance(now);
   if (impl_->team.set_own(impl_->frontier_digest, map_digest, flags)) impl_->changed();
 }
 
@@ -143,35 +178,46 @@ bool Node::team_agrees(std::uint8_t flags, const std::set<RobotId>& without) con
 }
 
 std::size_t Node::records_missing() const {
-  VersionVector best;
-  for (const auto& [endpoint, link] : impl_->links) {
-    if (!link.alive) continue;
-    for (const auto& [log, count] : link.holds) best[log] = std::max(best[log], count);
-  }
   std::size_t missing = 0;
-  for (const auto& [log, count] : best) missing += count - std::min(count, impl_->held(log));
+  for (const auto& [log, count] : impl_->fetcher.missing(impl_->links)) missing += count;
   return missing;
 }
 
-std::optional<std::uint8_t> Node::hops(const RecordId& id) const {
-  const auto log = impl_->hops.find(id.log);
-  if (log == impl_->hops.end() || id.seq >= log->second.size()) return std::nullopt;
-  return log->second[id.seq];
+std::set<RobotId> Node::incomplete() const {
+  std::set<RobotId> robots;
+  for (const auto& [log, count] : impl_->fetcher.missing(impl_->links))
+    if (log.robot != impl_->config.self) robots.insert(log.robot);
+  return robots;
 }
+
+std::string Node::store_full() const { return impl_->fetcher.store_full(); }
+
+std::optional<std::uint8_t> Node::hops(const RecordId& id) const { return impl_->hops_of(id); }
 
 std::map<RobotId, Presence> Node::presence(Instant now) const {
   std::map<RobotId, Presence> out;
-  for (const auto& [id, status] : impl_->team.robots()) out[id] = {status.incarnation, now, false, status.flags};
+  for (const auto& [id, status] : team())
+    out[id] = {status.incarnation, impl_->team.last_sign(id), false, status.flags};
+  for (const auto& [endpoint, link] : impl_->links) {
+    const auto at = out.find(link.robot);
+    if (!link.alive || at == out.end()) continue;
+    at->second.neighbour = true;
+    at->second.last_sign = std::max(at->second.last_sign, link.last_heard);
+  }
+  out[impl_->config.self].last_sign = now;
   return out;
 }
+
 std::vector<Endpoint> Node::peers_never_heard() const {
   std::vector<Endpoint> out;
   for (const auto& [endpoint, link] : impl_->links)
-    if (link.configured && link.incarnation == 0) out.push_back(endpoint);
+    if (link.configured && !link.ever_heard) out.push_back(endpoint);
   return out;
 }
-std::optional<IdConflict> Node::id_conflict() const { return std::nullopt; }
-std::optional<std::uint64_t> Node::outlived() const { return std::nullopt; }
+
+std::optional<IdConflict> Node::id_conflict() const { return impl_->conflict; }
+std::optional<std::uint64_t> Node::outlived() const { return impl_->outlived; }
+
 bool Node::delivered(std::uint8_t up_to_lane) const {
   for (const auto& [endpoint, link] : impl_->links) {
     if (!link.alive) continue;

@@ -7,6 +7,7 @@
 #include "comms/node.hpp"
 #include "comms/wire.hpp"
 #include "fetcher.hpp"
+#include "hal/base/splitmix.hpp"
 #include "link.hpp"
 #include "team_table.hpp"
 
@@ -20,29 +21,49 @@ struct Node::Impl {
   Result<RecordId> append(std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body);
   void stored(const RecordId& id, std::uint8_t hops);  // the store has one record more
   std::uint64_t hash_of(const Record& record);
-  void refuse(Refusal reason) { ++counters.refused[static_cast<std::size_t>(reason)]; }
+  std::optional<std::uint8_t> hops_of(const RecordId& id) const;
+  void refuse(Refusal reason) { counters.refuse(reason); }
+  void advance(Instant to);
+  Refusal judge(const LogId& log) const;  // whether records of this log may come in; count: yes
 
-  // node_receive.cpp
-  void receive(const Endpoint& from, std::span<const std::uint8_t> bytes);
-  Link* admit(const Endpoint& from, const wire::Header& header, const wire::Beacon* beacon);
+  // node_admit.cpp: who may speak
+  Link* admit(const Endpoint& from, const wire::Header& header, std::span<const wire::Frame> frames);
   Link* admit_greeting(const Endpoint& from, const wire::Header& header, const wire::Beacon& beacon);
+  Link* admit_candidate(Link& link, const wire::Header& header, std::span<const wire::Frame> frames);
+  bool conflicts(const Endpoint& from, const wire::Header& header, const wire::Beacon& beacon);
+  void challenge(Link& link, const wire::Header& header, const wire::Beacon& beacon);
+  void become(Link& link, RobotId robot, std::uint64_t incarnation);
   Link* room_for(const Endpoint& endpoint);
-  bool fresh(Link& link, const wire::Header& header);
+  void answer_former_life(const Endpoint& to, const wire::Header& header, const wire::LaterLife& later);
+  const Link* living(const RobotId& robot) const;  // the neighbour, or nobody
+  bool names_us(const wire::Header& header) const;
+
+  // node_receive.cpp: what is said
+  struct Arrival {
+    bool unicast = true;
+    std::uint64_t at = 0;  // the datagram's counter, unfolded
+  };
+  void receive(const Endpoint& from, std::span<const std::uint8_t> bytes);
+  std::optional<Arrival> fresh(Link& link, const wire::Header& header);
   void link_up(Link& link);
-  void on_frame(Link& link, const wire::Frame& frame);
-  void merge(const RobotStatus& status);
-  void claim(Link& link, std::uint64_t frontier_digest);
-  void on_beacon(Link& link, const wire::Beacon& beacon);
-  void on_have(Link& link, const wire::Have& have);
+  void on_frame(Link& link, const Arrival& arrival, const wire::Frame& frame);
+  void on_status(const RobotStatus& status);
+  void claim(Link& link, std::uint64_t datagram, std::uint64_t frontier_digest);
+  void on_beacon(Link& link, const Arrival& arrival, const wire::Beacon& beacon);
+  void on_have(Link& link, const Arrival& arrival, const wire::Have& have);
+  void on_have(Link& link, const wire::HaveEntry& entry);
+  void tell_author(const LogId& log);
   void on_have_request(Link& link);
   void on_want(Link& link, const wire::Want& want);
   void on_data(Link& link, const wire::Data& data);
   void on_pong(Link& link, const wire::Pong& pong);
+  void on_later_life(const wire::LaterLife& later);
 
   // node_timer.cpp
   void tick();
   void tick(Link& link);
   void link_down(Link& link);
+  static Instant not_too_often(const Link& link, Instant have_request);
   void changed();  // something that beacons tell
   void beacon_all();
   bool all_consistent() const;
@@ -54,15 +75,18 @@ struct Node::Impl {
   bool next_outgoing(OutgoingDatagram& datagram);
   bool control_ready(const Link& link) const;
   void build_group(OutgoingDatagram& datagram);
+  void build_answer(OutgoingDatagram& datagram);
+  void build_candidate(Link& link, OutgoingDatagram& datagram);
   void build_control(Link& link, OutgoingDatagram& datagram);
   bool build_data(OutgoingDatagram& datagram);
   void put_beacon(wire::Encoder& out);
   void put_status(wire::Encoder& out, const RobotId& except, RobotId& cursor);
+  void put_round_trip(wire::Encoder& out, Link& link);
   void put_have(wire::Encoder& out, Link& link);
   void put_wants(wire::Encoder& out, Link& link);
   wire::Header header_for(Link& link);
   void sent(OutgoingDatagram& datagram, const Endpoint& to, std::size_t size);
-  void count_sent(FrameType type) { ++counters.frames_sent[static_cast<std::size_t>(type)]; }
+  void count_sent(FrameType type) { ++counters.frames_sent[index_of(type)]; }
 
   NodeConfig config;
   LogStore& store;
@@ -71,6 +95,8 @@ struct Node::Impl {
   std::map<Endpoint, Link> links;
   Fetcher fetcher;
   TeamTable team;
+  std::optional<IdConflict> conflict;
+  std::optional<std::uint64_t> outlived;
   std::uint64_t frontier_digest = 0;
   std::map<LogId, std::vector<std::uint8_t>> hops;
   std::map<RecordId, std::uint64_t> hashes;  // of records that were served lately
@@ -80,9 +106,17 @@ struct Node::Impl {
   // Trickle: the interval doubles while nothing changes.
   Duration beacon_interval{};
   Instant beacon_at{}, last_beacon{};
-  std::uint64_t random;  // splitmix64 state: jitter only
+  SplitMix random;  // jitter, and tokens
   bool group_due = false;
   std::uint32_t group_counter = 1;
+  // To those who are no neighbours: what they cannot know. Never more bytes than they sent.
+  struct Answer {
+    Endpoint to;
+    std::uint64_t receiver = 0;
+    wire::LaterLife later;
+  };
+  std::deque<Answer> answers;
+  std::uint32_t answer_counter = 1;
   RobotId group_cursor;
   // Sending
   Instant pace_at{};  // bodies may go from then on

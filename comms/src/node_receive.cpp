@@ -1,3 +1,4 @@
+// What a neighbour says.
 #include <algorithm>
 
 #include "node_impl.hpp"
@@ -9,11 +10,8 @@ using std::chrono::milliseconds;
 namespace {
 constexpr std::size_t kMaxServeBytes = 2u << 20;  // whatever credit a neighbour gives itself
 
-const wire::Beacon* beacon_in(std::span<const wire::Frame> frames) {
-  for (const wire::Frame& frame : frames)
-    if (const auto* beacon = std::get_if<wire::Beacon>(&frame)) return beacon;
-  return nullptr;
-}
+constexpr auto kTellAuthorGap = std::chrono::seconds(1);
+constexpr std::uint64_t kReordered = 64;  // datagrams that may overtake each other
 }  // namespace
 
 void Node::Impl::receive(const Endpoint& from, std::span<const std::uint8_t> bytes) {
@@ -22,186 +20,162 @@ void Node::Impl::receive(const Endpoint& from, std::span<const std::uint8_t> byt
   const Refusal verdict = decoder.decode(bytes);
   if (verdict != Refusal::count) return refuse(verdict);
   const wire::Header& header = decoder.header();
-  const wire::Beacon* beacon = beacon_in(decoder.frames());
-  Link* link = admit(from, header, beacon);
-  if (link == nullptr || !fresh(*link, header)) return;
+  if (const auto known = links.find(from); known != links.end()) known->second.ever_heard = true;
+  Link* link = admit(from, header, decoder.frames());
+  if (link == nullptr) return;
   link->bytes_in += bytes.size();
-  link->last_heard = now;
-  link->silences = std::min(link->silences, RoundTrip::kPatientSilences);  // it is there: do not wait for seconds
-  // Who repeats our incarnation has heard us at this address: only then it is worth more than a short greeting.
-  const bool proved = header.type == wire::DatagramType::unicast && header.receiver == config.incarnation;
-  if (proved && !link->alive) link_up(*link);
-  if (!proved && !(link->alive && header.type == wire::DatagramType::group)) {
-    ++counters.frames_received[static_cast<std::size_t>(FrameType::beacon)];
+  const bool proved = names_us(header);
+  if (proved || !link->alive) link->last_heard = now;
+  const bool group = header.type == wire::DatagramType::group;
+  if (!proved && !(link->alive && group)) {  // it is worth no more than a short greeting
+    ++counters.frames_received[index_of(FrameType::beacon)];
     link->beacon_due = true;
     return;
   }
+  const auto arrival = fresh(*link, header);
+  if (!arrival) return;
+  link->silences = std::min(link->silences, RoundTrip::kPatientSilences);  // it is there: do not wait for seconds
+  if (!link->alive) link_up(*link);
   for (const wire::Frame& frame : decoder.frames()) {
-    ++counters.frames_received[static_cast<std::size_t>(wire::type_of(frame))];
-    on_frame(*link, frame);
+    ++counters.frames_received[index_of(wire::type_of(frame))];
+    on_frame(*link, *arrival, frame);
   }
 }
 
-// Which neighbour speaks, or nobody, and then the datagram is refused and counted.
-Link* Node::Impl::admit(const Endpoint& from, const wire::Header& header, const wire::Beacon* beacon) {
-  if (beacon != nullptr) return admit_greeting(from, header, *beacon);
-  const auto at = links.find(from);
-  if (at == links.end() || at->second.incarnation != header.sender || header.type != wire::DatagramType::unicast)
-    return refuse(Refusal::stranger), nullptr;
-  if (header.receiver != config.incarnation) return refuse(Refusal::wrong_receiver), nullptr;
-  return &at->second;
-}
-
-Link* Node::Impl::admit_greeting(const Endpoint& from, const wire::Header& header, const wire::Beacon& beacon) {
-  if (beacon.robot == config.self) {
-    refuse(header.sender == config.incarnation ? Refusal::own_echo : Refusal::id_conflict);
-    return nullptr;
-  }
-  // Two live neighbours with one id: the one that was here first stays. A robot that started again at another address
-  // gets in when its former life has been silent for half the time limit.
-  for (const auto& [endpoint, other] : links) {
-    if (endpoint == from || !other.alive || other.robot != beacon.robot) continue;
-    if (now - other.last_heard > config.neighbour_timeout / 2) continue;
-    refuse(other.incarnation == header.sender ? Refusal::second_path : Refusal::id_conflict);
-    return nullptr;
-  }
-  const auto at = links.find(from);
-  Link* link = at == links.end() ? room_for(from) : &at->second;
-  if (link == nullptr) return refuse(Refusal::neighbours_full), nullptr;
-  if (link->robot == beacon.robot && header.sender < link->incarnation) return refuse(Refusal::too_old), nullptr;
-  if (link->robot != beacon.robot || link->incarnation != header.sender) {
-    fetcher.drop(*link);
-    link->forget_peer();
-    link->robot = beacon.robot;
-    link->incarnation = header.sender;
-    plan_due = true;
-  }
-  return link;
-}
-
-Link* Node::Impl::room_for(const Endpoint& endpoint) {
-  if (links.size() >= config.max_neighbours) {
-    auto oldest = links.end();
-    for (auto it = links.begin(); it != links.end(); ++it) {
-      if (it->second.alive || it->second.configured) continue;
-      if (oldest == links.end() || it->second.last_heard < oldest->second.last_heard) oldest = it;
-    }
-    if (oldest == links.end()) return nullptr;
-    fetcher.drop(oldest->second);
-    links.erase(oldest);
-  }
-  Link& link = links[endpoint];
-  link.endpoint = endpoint;
-  return &link;
-}
-
-bool Node::Impl::fresh(Link& link, const wire::Header& header) {
-  ReceiveWindow& window = header.type == wire::DatagramType::group ? link.group_window : link.window;
-  switch (window.accept(header.counter)) {
+std::optional<Node::Impl::Arrival> Node::Impl::fresh(Link& link, const wire::Header& header) {
+  const bool unicast = header.type == wire::DatagramType::unicast;
+  const auto [verdict, at] = (unicast ? link.window : link.group_window).accept(header.counter);
+  switch (verdict) {
     case ReceiveWindow::Verdict::fresh:
-      return true;
+      return Arrival{unicast, at};
     case ReceiveWindow::Verdict::duplicate:
       refuse(Refusal::duplicate);
       break;
     case ReceiveWindow::Verdict::too_old:
       refuse(Refusal::too_old);
       break;
+    case ReceiveWindow::Verdict::jump:
+      refuse(Refusal::counter_jump);
+      break;
   }
-  return false;
+  return std::nullopt;
 }
 
 void Node::Impl::link_up(Link& link) {
-  link.alive = true;
+  link.alive = link.proved = true;
   link.beacon_due = true;
   link.ping_due = true;
   link.have_requests = 0;
+  team.met(link.robot, link.incarnation, now);
+  // The author is here itself: what others told of later lives of it is not asked for any longer.
+  fetcher.abandon([&](const LogId& log) { return log.robot == link.robot && log.incarnation > link.incarnation; });
   tell_all(link);
   for (const auto& [log, count] : link.holds)
-    if (count > held(log)) fetcher.offered(log);
+    if (count > held(log) && judge(log) == Refusal::count) fetcher.offered(log);
   changed();
   plan_due = true;
 }
 
-void Node::Impl::on_frame(Link& link, const wire::Frame& frame) {
+void Node::Impl::on_frame(Link& link, const Arrival& arrival, const wire::Frame& frame) {
   struct Visitor {
     Impl& node;
     Link& link;
-    void operator()(const wire::Beacon& f) const { node.on_beacon(link, f); }
+    const Arrival& arrival;
+    void operator()(const wire::Beacon& f) const { node.on_beacon(link, arrival, f); }
     void operator()(const wire::Status& f) const {
-      for (const RobotStatus& status : f.robots) node.merge(status);
+      for (const RobotStatus& status : f.robots) node.on_status(status);
     }
-    void operator()(const wire::Have& f) const { node.on_have(link, f); }
+    void operator()(const wire::Have& f) const { node.on_have(link, arrival, f); }
     void operator()(const wire::HaveRequest&) const { node.on_have_request(link); }
     void operator()(const wire::Want& f) const { node.on_want(link, f); }
     void operator()(const wire::Data& f) const { node.on_data(link, f); }
     void operator()(const wire::Ping& f) const { link.pong_due = f.token; }
     void operator()(const wire::Pong& f) const { node.on_pong(link, f); }
+    void operator()(const wire::LaterLife& f) const { node.on_later_life(f); }
   };
-  std::visit(Visitor{*this, link}, frame);
+  std::visit(Visitor{*this, link, arrival}, frame);
 }
 
-void Node::Impl::merge(const RobotStatus& status) {
-  switch (team.merge(status)) {
+void Node::Impl::on_status(const RobotStatus& status) {
+  switch (team.merge(status, now)) {
     case TeamTable::Merge::newer:
+    case TeamTable::Merge::about_self:
       changed();
       break;
     case TeamTable::Merge::known:
+    case TeamTable::Merge::older:
       break;
-    case TeamTable::Merge::full:
-      refuse(Refusal::robots_full);
+    case TeamTable::Merge::unknown:
+      refuse(Refusal::status_unknown);
       break;
-    case TeamTable::Merge::about_self:
-      refuse(Refusal::id_conflict);
+    case TeamTable::Merge::later_self:
+      refuse(Refusal::later_life);
       break;
   }
 }
 
 // The neighbour says what it holds altogether. When we think otherwise, something was lost: ask, unless the difference
 // goes away by itself in a moment.
-void Node::Impl::claim(Link& link, std::uint64_t digest_there) {
-  if (decoder.header().counter < link.claimed_at) return;
-  link.claimed_at = decoder.header().counter;
+void Node::Impl::claim(Link& link, std::uint64_t datagram, std::uint64_t digest_there) {
+  if (datagram < link.claimed_at && link.claimed_at - datagram <= kReordered) return;
+  link.claimed_at = datagram;
   link.claimed_digest = digest_there;
   if (digest_there == link.holds_digest) {
     link.request_have_at.reset();
     link.have_requests = 0;
-  } else {  // that it speaks makes another try worth while, however many went unanswered
-    const Instant at = now + milliseconds(50) + link.round_trip.smoothed();
-    link.request_have_at = link.request_have_at ? std::min(*link.request_have_at, at) : at;
+    link.has_refused_logs = false;
+    return;
   }
+  // That it speaks makes another try worth while, however many went unanswered.
+  const Instant at = not_too_often(link, now + milliseconds(50) + link.round_trip.smoothed());
+  link.request_have_at = link.request_have_at ? std::min(*link.request_have_at, at) : at;
 }
 
-void Node::Impl::on_beacon(Link& link, const wire::Beacon& beacon) {
+void Node::Impl::on_beacon(Link& link, const Arrival& arrival, const wire::Beacon& beacon) {
   link.map_digest = beacon.map_digest;
   link.flags = beacon.flags;
-  if (decoder.header().type == wire::DatagramType::unicast) claim(link, beacon.frontier_digest);
-  merge(
-      {beacon.robot, link.incarnation, beacon.status_counter, beacon.frontier_digest, beacon.map_digest, beacon.flags});
+  if (arrival.unicast) claim(link, arrival.at, beacon.frontier_digest);
+  const auto merged = team.merge(
+      {beacon.robot, link.incarnation, beacon.status_counter, beacon.frontier_digest, beacon.map_digest, beacon.flags},
+      now);
+  if (merged == TeamTable::Merge::newer) changed();
+  // Late, or somebody put words into its mouth: it shall hear them, and speak up.
+  if (merged == TeamTable::Merge::older) link.status_echo_due = true;
 }
 
-void Node::Impl::on_have(Link& link, const wire::Have& have) {
-  for (const wire::HaveEntry& entry : have.entries) {
-    const bool own = entry.log.robot == config.self && entry.log.incarnation == config.incarnation;
-    const std::uint32_t here = held(entry.log);
-    if (own && entry.count > here) {
-      refuse(Refusal::own_log_ahead);
-      continue;
-    }
-    auto at = link.holds.find(entry.log);
-    if (at == link.holds.end()) {
-      if (link.holds.size() >= config.max_logs) {
-        refuse(Refusal::logs_full);
-        continue;
-      }
-      at = link.holds.emplace(entry.log, 0).first;
-    }
-    if (entry.count <= at->second) continue;
-    link.holds_digest += entry_digest(entry.log, entry.count) - entry_digest(entry.log, at->second);
-    at->second = entry.count;
-    if (entry.count > here) fetcher.offered(entry.log);
-  }
-  claim(link, have.frontier_digest);
+void Node::Impl::on_have(Link& link, const Arrival& arrival, const wire::Have& have) {
+  for (const wire::HaveEntry& entry : have.entries) on_have(link, entry);
+  claim(link, arrival.at, have.frontier_digest);
   plan_due = true;
+}
+
+void Node::Impl::on_have(Link& link, const wire::HaveEntry& entry) {
+  const std::uint32_t here = held(entry.log);
+  const bool own = entry.log.robot == config.self && entry.log.incarnation == config.incarnation;
+  auto at = link.holds.find(entry.log);
+  Refusal verdict = judge(entry.log);
+  if (own && entry.count > here) verdict = Refusal::own_log_ahead;
+  if (at == link.holds.end() && link.holds.size() >= config.max_logs) verdict = Refusal::logs_full;
+  if (verdict == Refusal::contradicts_author) tell_author(entry.log);
+  if (verdict != Refusal::count) {
+    link.has_refused_logs = true;
+    return refuse(verdict);
+  }
+  if (at == link.holds.end()) at = link.holds.emplace(entry.log, 0).first;
+  if (entry.count <= at->second) return;
+  link.holds_digest += entry_digest(entry.log, entry.count) - entry_digest(entry.log, at->second);
+  at->second = entry.count;
+  if (entry.count > here) fetcher.offered(entry.log);
+}
+
+// Somebody believes in a later life of a neighbour of ours than the one in which it lives. It shall hear of that: when
+// it goes on after that number, all believe it again.
+void Node::Impl::tell_author(const LogId& log) {
+  for (auto& [endpoint, link] : links) {
+    if (!link.alive || link.robot != log.robot || link.later_life_again > now) continue;
+    link.later_life_due = log.incarnation;
+    link.later_life_again = now + kTellAuthorGap;
+  }
 }
 
 void Node::Impl::on_have_request(Link& link) {
@@ -222,7 +196,7 @@ void Node::Impl::on_want(Link& link, const wire::Want& want) {
     const auto count = wire::fragments_of(static_cast<std::uint32_t>(record->body.size()));
     const std::uint32_t end = std::min<std::uint32_t>(count, std::uint32_t{entry.first} + entry.count);
     if (entry.first >= end) continue;
-    const auto way = hops[entry.id.log][entry.id.seq];
+    const auto way = hops_of(entry.id).value_or(0);
     if (link.serve.push(record, hash_of(*record), way, entry.first, end, credit) == ServeQueue::Answer::over_credit)
       refuse(Refusal::want_over_credit);
   }
@@ -238,6 +212,12 @@ void Node::Impl::on_pong(Link& link, const wire::Pong& pong) {
   if (!link.ping_sent || pong.token != link.ping_token) return;
   link.round_trip.sample(now - *link.ping_sent);
   link.ping_sent.reset();
+}
+
+void Node::Impl::on_later_life(const wire::LaterLife& later) {
+  if (later.robot != config.self) return refuse(Refusal::wrong_receiver);
+  if (!wire::is_life(later.incarnation)) return refuse(Refusal::bad_incarnation);
+  if (later.incarnation > config.incarnation) outlived = std::max(outlived.value_or(0), later.incarnation);
 }
 
 }  // namespace onemap::comms

@@ -21,12 +21,17 @@ auto after(Map& map, const Key& cursor) {
 bool Node::Impl::next_outgoing(OutgoingDatagram& datagram) {
   if (plan_due) fetcher.plan(now, links);
   plan_due = false;
+  if (!answers.empty()) return build_answer(datagram), true;
   if (group_due) return build_group(datagram), true;
   auto it = after(links, control_cursor);
   for (std::size_t i = 0; i < links.size(); ++i) {
     if (control_ready(it->second)) {
       control_cursor = it->first;
-      build_control(it->second, datagram);
+      const Candidate& candidate = it->second.candidate;
+      if (candidate.beacon_due || candidate.ping_due)
+        build_candidate(it->second, datagram);
+      else
+        build_control(it->second, datagram);
       return true;
     }
     if (++it == links.end()) it = links.begin();
@@ -35,15 +40,16 @@ bool Node::Impl::next_outgoing(OutgoingDatagram& datagram) {
 }
 
 bool Node::Impl::control_ready(const Link& link) const {
-  if (link.beacon_due) return true;
+  if (link.beacon_due || link.candidate.beacon_due || link.candidate.ping_due) return true;
   if (!link.alive) return false;
-  if (link.have_request_due || link.pong_due || link.ping_due) return true;
+  if (link.later_life_due || link.have_request_due || link.pong_due || link.ping_due) return true;
   return (link.have_at && *link.have_at <= now) || (link.want_at && *link.want_at <= now) ||
          link.wants.size() >= kManyWants;
 }
 
 wire::Header Node::Impl::header_for(Link& link) {
-  return {wire::DatagramType::unicast, config.incarnation, link.incarnation, link.next_counter++};
+  return {wire::DatagramType::unicast, config.incarnation, link.incarnation,
+          std::exchange(link.next_counter, wire::next_counter(link.next_counter))};
 }
 
 // Everything that leaves uses up the rate; only bodies wait for it.
@@ -71,7 +77,8 @@ void Node::Impl::put_status(wire::Encoder& out, const RobotId& except, RobotId& 
   status_scratch.clear();
   auto it = after(team.robots(), cursor);
   for (std::size_t i = 0; i < team.robots().size(); ++i) {
-    if (it->first != config.self && it->first != except) status_scratch.push_back(it->second);
+    if (it->first != config.self && it->first != except && it->second.counter != 0)
+      status_scratch.push_back(it->second);
     if (++it == team.robots().end()) it = team.robots().begin();
   }
   const std::size_t n = out.status(status_scratch);
@@ -101,10 +108,40 @@ void Node::Impl::put_wants(wire::Encoder& out, Link& link) {
 
 void Node::Impl::build_group(OutgoingDatagram& datagram) {
   group_due = false;
-  wire::Encoder out(datagram.buffer, {wire::DatagramType::group, config.incarnation, 0, group_counter++});
+  wire::Encoder out(datagram.buffer, {wire::DatagramType::group, config.incarnation, 0, group_counter});
+  group_counter = wire::next_counter(group_counter);
   put_beacon(out);
   put_status(out, config.self, group_cursor);
   sent(datagram, *config.group, out.size());
+}
+
+// 51 bytes for a greeting of 64.
+void Node::Impl::build_answer(OutgoingDatagram& datagram) {
+  const Answer answer = answers.front();
+  answers.pop_front();
+  wire::Encoder out(datagram.buffer,
+                    {wire::DatagramType::unicast, config.incarnation, answer.receiver, answer_counter});
+  answer_counter = wire::next_counter(answer_counter);
+  out.later_life(answer.later);
+  count_sent(FrameType::later_life);
+  sent(datagram, answer.to, out.size());
+}
+
+// One frame, not more than what came from there.
+void Node::Impl::build_candidate(Link& link, OutgoingDatagram& datagram) {
+  Candidate& candidate = link.candidate;
+  wire::Header header = header_for(link);
+  header.receiver = candidate.incarnation;
+  wire::Encoder out(datagram.buffer, header);
+  if (std::exchange(candidate.ping_due, false)) {
+    out.ping(candidate.token);
+    count_sent(FrameType::ping);
+  } else {
+    put_beacon(out);
+  }
+  candidate.beacon_due = false;
+  link.bytes_out += out.size();
+  sent(datagram, link.endpoint, out.size());
 }
 
 void Node::Impl::build_control(Link& link, OutgoingDatagram& datagram) {
@@ -112,13 +149,10 @@ void Node::Impl::build_control(Link& link, OutgoingDatagram& datagram) {
   const bool beacon = std::exchange(link.beacon_due, false);
   if (beacon) put_beacon(out);
   if (link.alive) {  // a stranger gets no more than it sent
-    if (link.pong_due && out.pong(*std::exchange(link.pong_due, std::nullopt))) count_sent(FrameType::pong);
-    if (link.ping_due && out.ping(link.ping_token + 1)) {
-      ++link.ping_token;
-      link.ping_due = false;
-      link.ping_sent = now;
-      link.next_ping = now + kPingGap;
-      count_sent(FrameType::ping);
+    put_round_trip(out, link);
+    if (link.later_life_due && out.later_life({link.robot, *link.later_life_due})) {
+      link.later_life_due.reset();
+      count_sent(FrameType::later_life);
     }
     if (link.have_request_due && out.have_request()) {
       link.have_request_due = false;
@@ -127,10 +161,21 @@ void Node::Impl::build_control(Link& link, OutgoingDatagram& datagram) {
     if (!link.wants.empty()) put_wants(out, link);
     // A beacon's digest must not run ahead of what the neighbour was told.
     if (!link.have_dirty.empty() && (beacon || (link.have_at && *link.have_at <= now))) put_have(out, link);
-    if (beacon) put_status(out, link.robot, link.status_cursor);
+    if (beacon)
+      put_status(out, std::exchange(link.status_echo_due, false) ? RobotId{} : link.robot, link.status_cursor);
   }
   link.bytes_out += out.size();
   sent(datagram, link.endpoint, out.size());
+}
+
+void Node::Impl::put_round_trip(wire::Encoder& out, Link& link) {
+  if (link.pong_due && out.pong(*std::exchange(link.pong_due, std::nullopt))) count_sent(FrameType::pong);
+  if (!link.ping_due || !out.ping(link.ping_token + 1)) return;
+  ++link.ping_token;
+  link.ping_due = false;
+  link.ping_sent = now;
+  link.next_ping = now + kPingGap;
+  count_sent(FrameType::ping);
 }
 
 bool Node::Impl::build_data(OutgoingDatagram& datagram) {

@@ -7,15 +7,9 @@ namespace onemap::comms {
 using std::chrono::milliseconds;
 
 namespace {
-constexpr auto kBeaconGap = milliseconds(100);        // beacons on change are not sent faster
+constexpr auto kBeaconGap = milliseconds(100);  // beacons on change are not sent faster
+constexpr auto kRefusedLogsRetry = std::chrono::seconds(4);
 constexpr auto kUnequalInterval = milliseconds(500);  // while a neighbour's digest differs from ours
-
-std::uint64_t next_random(std::uint64_t& state) {  // splitmix64
-  std::uint64_t z = (state += 0x9E3779B97F4A7C15u);
-  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-  z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-  return z ^ (z >> 31);
-}
 }  // namespace
 
 void Node::Impl::tick() {
@@ -31,17 +25,25 @@ void Node::Impl::tick(Link& link) {
   if (now - link.last_heard >= config.neighbour_timeout) return link_down(link);
   if (link.request_have_at && *link.request_have_at <= now) {
     link.have_request_due = true;
+    link.last_have_request = now;
     const unsigned slower = std::clamp(link.have_requests, 6u, 11u) - 6u;
-    link.request_have_at = now + (milliseconds(50) + 2 * link.round_trip.smoothed()) * (1u << slower);
+    link.request_have_at =
+        not_too_often(link, now + (milliseconds(50) + 2 * link.round_trip.smoothed()) * (1u << slower));
     ++link.have_requests;
   }
   if (link.outstanding() > 0 && now >= link.next_ping) link.ping_due = true;
+}
+
+// What we refused of its frontier will differ again.
+Instant Node::Impl::not_too_often(const Link& link, Instant have_request) {
+  return link.has_refused_logs ? std::max(have_request, link.last_have_request + kRefusedLogsRetry) : have_request;
 }
 
 void Node::Impl::link_down(Link& link) {
   link.alive = false;
   ++counters.neighbours_lost;
   fetcher.drop(link);
+  if (living(link.robot) == nullptr) team.left(link.robot);
   link.serve = {};
   link.have_dirty.clear();
   link.have_at.reset();
@@ -72,12 +74,12 @@ void Node::Impl::beacon_all() {
   if (!all_consistent()) interval = std::min<Duration>(interval, kUnequalInterval);
   const auto half = static_cast<std::uint64_t>(interval.count() / 2);
   last_beacon = now;
-  beacon_at = now + Duration(static_cast<std::int64_t>(half + next_random(random) % (half + 1)));
+  beacon_at = now + Duration(static_cast<std::int64_t>(half + random.next() % (half + 1)));
   beacon_interval = std::min(beacon_interval * 2, config.beacon_max);
 }
 
 Instant Node::Impl::next_deadline() const {
-  if (plan_due || group_due) return now;
+  if (plan_due || group_due || !answers.empty()) return now;
   Instant next = std::min(beacon_at, fetcher.next_deadline(links));
   for (const auto& [endpoint, link] : links) next = std::min(next, next_deadline(link));
   return std::max(next, now);

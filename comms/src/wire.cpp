@@ -22,15 +22,15 @@ LogId get_log(ByteReader& in) {
   log.incarnation = in.get<std::uint64_t>();
   return log;
 }
-bool valid(const RobotId& robot) { return robot != RobotId{}; }
-bool valid(const LogId& log) { return valid(log.robot) && log.lane < kLaneCount && log.incarnation != 0; }
 
 std::uint32_t fragment_size(std::uint32_t total, std::uint32_t fragment) {
   return std::min<std::uint32_t>(kFragmentBytes, total - fragment * static_cast<std::uint32_t>(kFragmentBytes));
 }
 }  // namespace
 
-FrameType type_of(const Frame& frame) { return static_cast<FrameType>(frame.index() + 1); }
+FrameType type_of(const Frame& frame) {
+  return std::holds_alternative<LaterLife>(frame) ? FrameType::later_life : static_cast<FrameType>(frame.index() + 1);
+}
 
 std::uint64_t body_hash(std::uint16_t kind, std::span<const std::uint8_t> body) {
   return XXH3_64bits_withSeed(body.data(), body.size(), kind);
@@ -56,14 +56,31 @@ Refusal Decoder::decode(std::span<const std::uint8_t> datagram) {
   header_.receiver = in.get<std::uint64_t>();
   header_.counter = in.get<std::uint32_t>();
   if (header_.sender == 0 || header_.counter == 0) return Refusal::bad_frame;
+  if (!is_life(header_.sender)) return Refusal::bad_incarnation;
+  return decode_frames(datagram.subspan(kHeaderBytes));
+}
+
+Refusal Decoder::decode_frames(std::span<const std::uint8_t> frames) {
+  constexpr auto kLaterLife = static_cast<std::uint8_t>(FrameType::later_life);
+  bad_robot_id_ = false;
+  ByteReader in(frames);
   while (in.remaining() > 0) {
     const auto type = in.get<std::uint8_t>();
     const auto body = in.bytes(in.get<std::uint16_t>());
     if (!in.ok()) return Refusal::bad_frame;
-    if (type < kFirstSkippableType && !decode_frame(type, body)) return Refusal::bad_frame;
+    const bool known = type < kFirstSkippableType || type == kLaterLife;
+    if (known && !decode_frame(type, body)) return bad_robot_id_ ? Refusal::bad_robot_id : Refusal::bad_frame;
   }
-  return in.ok() ? Refusal::count : Refusal::bad_frame;
+  return Refusal::count;
 }
+
+// An honest robot lets no such id in, so it has none to pass on: the whole datagram is void.
+bool Decoder::valid(const RobotId& robot) {
+  if (robot.valid()) return true;
+  bad_robot_id_ = true;
+  return false;
+}
+bool Decoder::valid(const LogId& log) { return log.lane < kLaneCount && log.incarnation != 0 && valid(log.robot); }
 
 bool Decoder::decode_frame(std::uint8_t type, std::span<const std::uint8_t> body) {
   ByteReader in(body);
@@ -95,6 +112,13 @@ bool Decoder::decode_frame(std::uint8_t type, std::span<const std::uint8_t> body
     case FrameType::pong:
       frames_.emplace_back(Pong{in.get<std::uint32_t>()});
       return in.done();
+    case FrameType::later_life: {
+      LaterLife later;
+      later.robot = get_robot(in);
+      later.incarnation = in.get<std::uint64_t>();
+      frames_.emplace_back(later);
+      return in.done() && later.incarnation != 0 && valid(later.robot);
+    }
   }
   return false;
 }
@@ -110,7 +134,7 @@ bool Decoder::decode_status(std::span<const std::uint8_t> body) {
     status.frontier_digest = in.get<std::uint64_t>();
     status.map_digest = in.get<std::uint64_t>();
     status.flags = in.get<std::uint8_t>();
-    if (!in.ok() || !valid(status.robot) || status.incarnation == 0) return false;
+    if (!in.ok() || status.incarnation == 0 || !valid(status.robot)) return false;
     robots_.push_back(status);
   }
   frames_.emplace_back(Status{std::span(robots_).subspan(first)});
@@ -125,7 +149,7 @@ bool Decoder::decode_have(std::span<const std::uint8_t> body) {
     HaveEntry entry;
     entry.log = get_log(in);
     entry.count = in.get<std::uint32_t>();
-    if (!in.ok() || !valid(entry.log) || entry.count == 0) return false;
+    if (!in.ok() || entry.count == 0 || !valid(entry.log)) return false;
     have_.push_back(entry);
   }
   frames_.emplace_back(Have{frontier_digest, std::span(have_).subspan(first)});
@@ -142,7 +166,7 @@ bool Decoder::decode_want(std::span<const std::uint8_t> body) {
     entry.id.seq = in.get<std::uint32_t>();
     entry.first = in.get<std::uint16_t>();
     entry.count = in.get<std::uint16_t>();
-    if (!in.ok() || !valid(entry.id.log) || entry.count == 0) return false;
+    if (!in.ok() || entry.count == 0 || !valid(entry.id.log)) return false;
     want_.push_back(entry);
   }
   frames_.emplace_back(Want{credit, std::span(want_).subspan(first)});
@@ -269,6 +293,13 @@ bool Encoder::ping(std::uint32_t token) {
 bool Encoder::pong(std::uint32_t token) {
   if (!open(FrameType::pong, sizeof token)) return false;
   put(token);
+  return true;
+}
+
+bool Encoder::later_life(const LaterLife& later) {
+  if (!open(FrameType::later_life, kLaterLifeBytes)) return false;
+  put(later.robot);
+  put(later.incarnation);
   return true;
 }
 

@@ -2,21 +2,19 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <cstdio>
-#include <exception>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
+#include "daemon/command_line.hpp"
 #include "evaluation/evaluation.hpp"
+#include "render/file.hpp"
 
 namespace {
 
 using namespace onemap;
+using namespace onemap::daemon;
 using namespace onemap::evaluation;
 
-constexpr int kBadInput = 2;
-
+constexpr const char* kProgram = "onemap-eval";
 constexpr const char* kDescription =
     "Trajectory error against ground truth, for one robot or for a team.\n\n"
     "EST and GT are text files, one pose a line: timestamp tx ty tz qx qy qz qw (metres, unit quaternion, '#' starts\n"
@@ -24,14 +22,12 @@ constexpr const char* kDescription =
     "rigid transform (no scale) aligns them together, so that a wrong merge counts in full. Printed in metres and\n"
     "degrees, for each robot and the team: matched poses, coverage (matched poses / lines of associations.txt beside\n"
     "GT; without that file, / estimates), ATE as RMSE, median and maximum, and the RPE as RMSE.";
+constexpr const char* kFooter = "Exit status: 0 done, 1 a file cannot be used, 2 wrong options.";
 
 Result<std::string> read(const std::string& path) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) return Error{path, "is a folder"};
-  std::ifstream file(path, std::ios::binary);
-  std::string text(std::istreambuf_iterator<char>(file), {});
-  if (!file.is_open() || file.bad()) return Error{path, "cannot be read"};
-  return text;
+  const auto bytes = render::read_file(path);
+  if (!bytes) return bytes.error();
+  return std::string(bytes->begin(), bytes->end());
 }
 
 Result<std::vector<TimedPose>> read_trajectory(const std::string& path) {
@@ -56,7 +52,6 @@ Result<RobotTrajectories> read_robot(const std::string& estimate_path, const std
 }
 
 Result<TeamEvaluation> run(const std::vector<std::string>& files, const EvaluationSettings& settings) {
-  if (files.size() % 2 != 0) return Error{"", "files come in pairs: EST GT [EST GT ...]"};
   std::vector<RobotTrajectories> team;
   for (std::size_t i = 0; i < files.size(); i += 2) {
     Result<RobotTrajectories> robot = read_robot(files[i], files[i + 1]);
@@ -66,36 +61,35 @@ Result<TeamEvaluation> run(const std::vector<std::string>& files, const Evaluati
   return evaluate(team, settings);
 }
 
-}  // namespace
+// CLI::NonNegativeNumber and CLI::PositiveNumber let through what is not a number.
+std::string wrong(const std::vector<std::string>& files, const EvaluationSettings& settings) {
+  if (files.size() % 2 != 0) return "files come in pairs: EST GT [EST GT ...]";
+  if (!(settings.max_dt_s >= 0 && settings.max_dt_s <= 1e9)) return "--max-dt: not a number from 0 to 1e9";
+  if (!(settings.rpe_delta_s > 0 && settings.rpe_delta_s <= 1e9)) return "--rpe: not a number above 0, up to 1e9";
+  return {};
+}
 
-int main(int argc, char** argv) try {
-  CLI::App app(kDescription, "onemap-eval");
+Ending eval(const std::vector<std::string>& arguments) {
+  CLI::App app(kDescription, kProgram);
   std::vector<std::string> files;
   EvaluationSettings settings;
   bool json = false;
   app.add_option("files", files, "EST GT [EST GT ...]")->required()->type_name("");
   app.add_option("--max-dt", settings.max_dt_s, "seconds between an estimate and its ground-truth pose")
-      ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   app.add_option("--rpe", settings.rpe_delta_s, "seconds over which the relative pose error is taken")
-      ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_flag("--json", json, "print JSON");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kBadInput;
-  }
+  app.footer(kFooter);
+  if (auto ending = parse_command_line(app, arguments)) return *ending;
+  if (const std::string what = wrong(files, settings); !what.empty()) return {Exit::usage, complaint(kProgram, what)};
   const Result<TeamEvaluation> evaluation = run(files, settings);
-  if (!evaluation) {
-    fmt::print(stderr, "onemap-eval: {}\n", evaluation.error().text());
-    return kBadInput;
-  }
-  fmt::print("{}", json ? to_json(*evaluation) : to_text(*evaluation, settings));
-  return 0;
-} catch (const std::exception& error) {  // out of memory, or a closed standard output
-  (void)std::fputs("onemap-eval: ", stderr);
-  (void)std::fputs(error.what(), stderr);
-  (void)std::fputs("\n", stderr);
-  return kBadInput;
+  if (!evaluation) return {Exit::failed, complaint(kProgram, evaluation.error().text())};
+  return {Exit::done, json ? to_json(*evaluation) : to_text(*evaluation, settings)};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return run_program(kProgram, argc, argv, [](const auto& arguments) { return end(eval(arguments)); });
 }

@@ -1,14 +1,19 @@
 // onemap-view: a saved map to a picture or to another model format, without a display.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
-#include <exception>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include <fmt/format.h>
-
+#include "daemon/command_line.hpp"
+#include "daemon/saved_map.hpp"
+#include "hal/base/text.hpp"
 #include "render/camera.hpp"
+#include "render/file.hpp"
 #include "render/gltf_writer.hpp"
 #include "render/ply_reader.hpp"
 #include "render/ply_writer.hpp"
@@ -18,8 +23,11 @@
 namespace {
 
 using namespace onemap;
+using daemon::Ending;
+using daemon::Exit;
 
-constexpr int kBadUsage = 2;  // exit status; 1: the work could not be done
+constexpr const char* kProgram = "onemap-view";
+constexpr int kMaxSide_px = 16384;
 
 struct Options {
   std::string map, png, glb, ply;
@@ -30,7 +38,7 @@ struct Options {
 };
 
 void declare(CLI::App& app, Options& o) {
-  app.add_option("MAP", o.map, "the map: a .ply or .glb that onemap wrote")->required();
+  app.add_option("MAP", o.map, "the map: a .ply, .glb or .omap that onemap wrote")->required();
   app.add_option("--png", o.png, "write a picture")->group("Output (at least one)")->type_name("FILE");
   app.add_option("--glb", o.glb, "write a glTF 2.0 model: map, trajectories and cameras as named nodes")
       ->group("Output (at least one)")
@@ -83,17 +91,36 @@ bool ends_with(const std::string& text, const std::string& ending) {
   return text.size() >= ending.size() && text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
 }
 
+// What CLI11's ranges let through: not a number, and infinitely far.
+std::optional<std::string> check_numbers(const Options& o) {
+  const auto finite = [](const std::vector<float>& v) {
+    return std::all_of(v.begin(), v.end(), [](float x) { return std::isfinite(x); });
+  };
+  if (!finite(o.eye)) return "--eye: expected three finite numbers";
+  if (!finite(o.target)) return "--target: expected three finite numbers";
+  if (!finite({o.style.shading})) return "--shading: expected a number from 0 to 1";
+  if (!finite({o.style.point_size_m})) return "--point-size: expected a finite number of metres";
+  return std::nullopt;
+}
+
 std::optional<std::string> parse_size(const std::string& text, render::Style& style) {
   int used = 0;
   if (std::sscanf(text.c_str(), "%5dx%5d%n", &style.width_px, &style.height_px, &used) == 2 &&  // NOLINT(cert-err34-c)
-      static_cast<std::size_t>(used) == text.size() && style.width_px > 0 && style.height_px > 0)
+      static_cast<std::size_t>(used) == text.size() && std::min(style.width_px, style.height_px) > 0 &&
+      std::max(style.width_px, style.height_px) <= kMaxSide_px)
     return std::nullopt;
-  return fmt::format("--size: {} is not WIDTHxHEIGHT, for example 1280x720", text);
+  return fmt::format("--size: {} is not WIDTHxHEIGHT, for example 1280x720, of at most {} pixels each", text,
+                     kMaxSide_px);
 }
 
 Result<render::Scene> read_map(const std::string& path) {
   if (ends_with(path, ".glb")) return render::read_glb(path);
-  if (!ends_with(path, ".ply")) return Error{path, "neither a .ply nor a .glb"};
+  if (ends_with(path, ".omap")) {
+    const auto bytes = render::read_file(path);
+    if (!bytes) return bytes.error();
+    return daemon::load_map(path, *bytes);
+  }
+  if (!ends_with(path, ".ply")) return Error{path, "neither a .ply, a .glb nor an .omap"};
   auto mesh = render::read_ply(path);
   if (!mesh) return mesh.error();
   render::Scene scene;
@@ -138,49 +165,39 @@ Status run(const Options& o) {
   if (!scene) return scene.error();
   if (auto chosen = choose_primitives(o, *scene); !chosen) return chosen;
   const auto& mesh = scene->mesh;
-  fmt::print("{}: {} points, {} triangles, {} robots\n", o.map, mesh.vertices.size() + scene->points.points.size(),
-             mesh.triangles.size(), scene->robots.size());
+  fmt::print("{}: {} points, {} triangles, {} robots\n", printable(o.map),
+             mesh.vertices.size() + scene->points.points.size(), mesh.triangles.size(), scene->robots.size());
   if (!o.png.empty()) {
     if (auto done = write_picture(o, *scene); !done) return done;
-    fmt::print("{}\n", o.png);
+    fmt::print("{}\n", printable(o.png));
   }
   if (!o.glb.empty()) {
     if (auto done = render::write_glb(o.glb, *scene); !done) return done;
-    fmt::print("{}\n", o.glb);
+    fmt::print("{}\n", printable(o.glb));
   }
   if (!o.ply.empty()) {
     if (auto done = write_map_ply(o, *scene); !done) return done;
-    fmt::print("{}\n", o.ply);
+    fmt::print("{}\n", printable(o.ply));
   }
   return success();
 }
 
-}  // namespace
-
-int main(int argc, char** argv) try {
-  CLI::App app{"Draws a saved map off-screen, or converts it.", "onemap-view"};
+Ending view(const std::vector<std::string>& arguments) {
+  CLI::App app{"Draws a saved map off-screen, or converts it.", kProgram};
   Options options;
   declare(app, options);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : kBadUsage;
-  }
+  if (auto ending = daemon::parse_command_line(app, arguments)) return *ending;
   std::optional<std::string> wrong = parse_size(options.size, options.style);
+  if (!wrong) wrong = check_numbers(options);
   if (options.png.empty() && options.glb.empty() && options.ply.empty())
     wrong = "nothing to do: give --png, --glb or --ply";
-  if (wrong) {
-    fmt::print(stderr, "onemap-view: {}\n", *wrong);
-    return kBadUsage;
-  }
-  if (auto done = run(options); !done) {
-    fmt::print(stderr, "onemap-view: {}\n", done.error().text());
-    return 1;
-  }
-  return 0;
-} catch (const std::exception& e) {  // out of memory, or a closed standard output
-  (void)std::fputs("onemap-view: ", stderr);
-  (void)std::fputs(e.what(), stderr);
-  (void)std::fputs("\n", stderr);
-  return 1;
+  if (wrong) return {Exit::usage, daemon::complaint(kProgram, *wrong)};
+  const Status done = run(options);
+  return done ? Ending{} : Ending{Exit::failed, daemon::complaint(kProgram, done.error().text())};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return daemon::run_program(kProgram, argc, argv, [](const auto& arguments) { return daemon::end(view(arguments)); });
 }

@@ -29,11 +29,11 @@ App::App(Config config, Log& log, std::span<const hal::Backend> cameras)
     : config_(std::move(config)), log_(log), cameras_(cameras) {}
 
 Exit App::run(StopSignals& signals) {
-  if (auto status = open_camera(); !status) {
+  if (auto status = guarded("camera", [this] { return open_camera(); }); !status) {
     log_.line("{}", status.error().text());
-    return Exit::usage;
+    return Exit::failed;
   }
-  if (auto status = open_rest(); !status) {
+  if (auto status = guarded("start", [this] { return open_rest(); }); !status) {
     log_.line("{}", status.error().text());
     return Exit::failed;
   }
@@ -48,9 +48,10 @@ Exit App::run(StopSignals& signals) {
 }
 
 Status App::open_camera() {
-  auto camera = hal::open_camera(cameras_, config_.camera);
+  auto camera = hal::open_camera(cameras_, config_.camera, wall_clock_offset());
   if (!camera) return camera.error();
   camera_ = std::move(*camera);
+  if (auto status = check_camera(config_, camera_->intrinsics()); !status) return status;
   frames_expected_ = camera_->frames_expected();
   log_.line("camera {}", camera_->description());
   return success();

@@ -17,7 +17,7 @@ Capture::Capture(hal::DepthCamera& camera, Speed speed, Failures& failures, Log&
       log_(log),
       pool_(camera.intrinsics(), kFrames),
       queue_(kQueued),
-      live_(camera.frames_expected() == 0) {}
+      live_(camera.live()) {}
 
 Capture::~Capture() { stop(); }
 
@@ -48,13 +48,24 @@ void Capture::run() {
       ended_ = true;
       break;
     }
-    if (grab == hal::Grab::bad) {
-      ++bad_;
-      log_.limited("bad frame", "frame refused: {}", camera_.last_error().text());
-    }
+    tell(grab);
     if (grab != hal::Grab::frame) continue;
     ++grabbed_;
-    if (!keep_pace(frame.time) || !deliver(std::move(frame))) break;
+    if (!keep_pace(frame.colour_time) || !deliver(std::move(frame))) break;
+  }
+}
+
+void Capture::tell(hal::Grab grab) {
+  if (grab == hal::Grab::bad) {
+    ++bad_;
+    log_.limited("bad frame", "frame refused: {}", camera_.last_error().text());
+  } else if (grab == hal::Grab::gone && !away_) {
+    away_ = true;
+    ++gone_;
+    log_.line("the camera is gone: {}; waiting for it", camera_.last_error().text());
+  } else if (grab == hal::Grab::frame && away_) {
+    away_ = false;
+    log_.line("the camera is back");
   }
 }
 
@@ -79,6 +90,6 @@ bool Capture::keep_pace(FrameTime time) {
   return !stopping_;
 }
 
-CaptureCounters Capture::counters() const { return {grabbed_, bad_, queue_.dropped()}; }
+CaptureCounters Capture::counters() const { return {grabbed_, bad_, queue_.dropped(), gone_}; }
 
 }  // namespace onemap::daemon

@@ -20,6 +20,8 @@ Duration thread_cpu_time() { return read_clock(CLOCK_THREAD_CPUTIME_ID); }
 
 std::uint64_t wall_clock_ns() { return static_cast<std::uint64_t>(read_clock(CLOCK_REALTIME).count()); }
 
+Duration wall_clock_offset() { return read_clock(CLOCK_REALTIME) - read_clock(CLOCK_MONOTONIC); }
+
 double peak_rss_mb() {
   // Not getrusage: after fork and exec its maximum also holds the parent's size.
   std::ifstream status("/proc/self/status");

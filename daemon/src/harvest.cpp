@@ -3,8 +3,20 @@
 #include <algorithm>
 
 #include "daemon/clock.hpp"
+#include "daemon/saved_map.hpp"
 
 namespace onemap::daemon {
+
+namespace {
+SavedPath make_path(const std::string& name, std::size_t number, const std::vector<mapping::StampedPose>& poses,
+                    const std::vector<mapping::QuantizedPose>& keyframes,
+                    const mapping::QuantizedPose& T_map_robot = {}) {
+  SavedPath path{name, static_cast<std::uint32_t>(number), T_map_robot, {}, keyframes};
+  path.poses.reserve(poses.size());
+  for (const mapping::StampedPose& pose : poses) path.poses.push_back(pose.T_robot_camera);
+  return path;
+}
+}  // namespace
 
 void Harvest::keep(const Status& status) {
   if (status) return;
@@ -14,12 +26,19 @@ void Harvest::keep(const Status& status) {
 
 Status Harvest::write() {
   say_costs();
-  keep(write_trajectories());
-  std::vector<PictureSize> sizes;
-  keep(write_pictures(pictures(), sizes));
+  keep(guarded("trajectories", [this] { return write_trajectories(); }));
+  keep(guarded("pictures", [this] { return draw(); }));
   // The report comes last: who finds it finds everything else.
-  keep(write_text(config_.out + "/report.json", to_json(report(sizes))));
+  keep(guarded("report", [this] { return write_text(config_.out + "/report.json", to_json(report())); }));
   return first_;
+}
+
+Status Harvest::draw() {
+  for (const PictureResult& result : write_pictures(pictures())) {
+    keep(result.status);
+    if (result.status) vertices_ = result.vertices;
+  }
+  return success();
 }
 
 void Harvest::say_costs() const {
@@ -30,6 +49,7 @@ void Harvest::say_costs() const {
   const CaptureCounters captured = from_.capture.counters();
   if (captured.dropped + captured.bad > 0)
     log_.line("{} frames dropped to keep pace, {} could not be read", captured.dropped, captured.bad);
+  if (captured.gone > 0) log_.line("the camera went away {} times", captured.gone);
 }
 
 Status Harvest::write_trajectories() const {
@@ -51,26 +71,20 @@ Status Harvest::write_trajectories() const {
 }
 
 MapPicture Harvest::global_picture(const mapping::SolutionRecord& solution) const {
-  MapPicture picture{config_.out + "/global", from_.team->map().map(), {}};
-  picture.scene.title = "global map";
   const auto& members = from_.team->map().members();
-  std::size_t number = 0;
-  for (const auto& solved : solution.robots) {
-    const auto member = members.find(solved.robot);
-    if (member == members.end()) continue;
-    picture.scene.robots.push_back(make_path(solved.robot.name(), number++, member->second.trajectory(),
-                                             member->second.keyframe_poses,
-                                             mapping::from_quantized(solved.T_global_robot)));
-  }
-  return picture;
+  std::vector<SavedPath> paths;
+  for (const auto& solved : solution.robots)
+    if (const auto member = members.find(solved.robot); member != members.end())
+      paths.push_back(make_path(solved.robot.name(), paths.size(), member->second.trajectory(),
+                                member->second.keyframe_poses, solved.T_global_robot));
+  return {config_.out + "/global", save_map("global map", paths, *from_.team->map().map())};
 }
 
 std::vector<MapPicture> Harvest::pictures() const {
+  const SavedPath path = make_path(config_.id, 0, from_.pipeline.poses(), from_.pipeline.keyframe_poses());
   std::vector<MapPicture> pictures;
-  MapPicture local{config_.out + "/local", &from_.pipeline.mapper().map(), {}};
-  local.scene.title = "local map of " + config_.id;
-  local.scene.robots.push_back(make_path(config_.id, 0, from_.pipeline.poses(), from_.pipeline.keyframe_poses()));
-  pictures.push_back(std::move(local));
+  pictures.push_back(
+      {config_.out + "/local", save_map("local map of " + config_.id, {&path, 1}, from_.pipeline.mapper().map())});
   const auto solution = from_.team ? from_.team->map().solution() : std::nullopt;
   if (solution && from_.team->map().map()) pictures.push_back(global_picture(*solution));
   return pictures;
@@ -89,7 +103,7 @@ RobotReport Harvest::robot_report() const {
   return robot;
 }
 
-Report Harvest::report(const std::vector<PictureSize>& sizes) const {
+Report Harvest::report() const {
   Report report;
   RobotReport robot = robot_report();
   if (from_.team) {
@@ -111,8 +125,7 @@ Report Harvest::report(const std::vector<PictureSize>& sizes) const {
     robot.in_global_map = true;
     robot.map_digest = from_.pipeline.mapper().map().digest();
   }
-  // Of the global map's files when there are such, else of the local one's.
-  if (!sizes.empty()) report.global_points = sizes.back().vertices;
+  report.global_points = vertices_;
   report.robots.push_back(std::move(robot));
   return report;
 }

@@ -27,13 +27,13 @@ Status MatchPictures::frame(const hal::FrameView& frame, const mapping::FrameRep
                                        matches.matches.end());  // the earlier image on the left
     for (mapping::Match& m : turned) std::swap(m.a, m.b);
     status = render::write_png(fmt::format("{}/{:06}.png", folder_, frame.index),
-                               render::draw_matches(left, right, turned, matches.kept));
+                               render::draw_matches(left, right, turned, matches.kept), render::Durable::no);
   }
   if (report.state == mapping::TrackState::tracking) {
-    last_time_ = frame.time;
+    last_time_ = frame.colour_time;
     last_.assign(frame.rgb.begin(), frame.rgb.end());
   }
-  if (report.keyframe_added) keyframes_.try_emplace(frame.time, last_);
+  if (report.keyframe_added) keyframes_.try_emplace(frame.colour_time, last_);
   return status;
 }
 

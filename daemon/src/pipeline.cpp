@@ -10,17 +10,20 @@ namespace onemap::daemon {
 namespace {
 constexpr std::uint64_t kSubmapInterval = 15;  // integrations between two looks for settled blocks
 constexpr std::size_t kSubmapBlocks = 256;
+constexpr std::uint64_t kSubmapMinAge = 10;  // integrations without a change after which a block is published
 }  // namespace
 
 Pipeline::Pipeline(const Config& config, const hal::Intrinsics& intrinsics, BlockingQueue<hal::Frame>& frames,
                    Outbox outbox, Failures& failures, Log& log)
     : config_(config),
       frames_(frames),
-      outbox_(std::move(outbox)),
       failures_(failures),
       log_(log),
       mapper_(std::make_unique<mapping::LocalMapper>(config.mapper, intrinsics)) {
-  mapping::LocalMapper::reserve_record(keyframe_, config.mapper);
+  mapping::LocalMapper::reserve_record(alone_.keyframe, config.mapper);
+  if (outbox.publish)
+    publisher_.emplace(config.mapper, config.speed.max ? Publisher::WhenFull::wait : Publisher::WhenFull::later,
+                       std::move(outbox), failures);
   mapper_->set_step_hook(
       {[](void* self, mapping::Step step) { static_cast<Pipeline*>(self)->begin_step(step); }, this});
   if (config.matches_picture > 0) matches_.emplace(config.out + "/matches", config.matches_picture);
@@ -33,6 +36,7 @@ Pipeline::~Pipeline() {
 }
 
 void Pipeline::start() {
+  if (publisher_) publisher_->start();
   thread_.start(
       "pipeline", failures_, [this] { run(); }, [this] { frames_.close(); });  // capture waits no longer
 }
@@ -47,9 +51,13 @@ void Pipeline::run() {
     process(frame->view());
   }
   mapper_->finish();
+  ending_ = true;
   drain();
   drain_submaps(0);
-  if (outbox_.finish) outbox_.finish(static_cast<std::uint32_t>(frames_done_));
+  if (publisher_) {
+    publisher_->finish(static_cast<std::uint32_t>(frames_done_));
+    publisher_->join();
+  }
   finished_ = true;
 }
 
@@ -67,9 +75,8 @@ void Pipeline::process(const hal::FrameView& frame) {
   const std::uint64_t integrated = mapper_->map().counters().integrated_frames;
   if (integrated >= last_submap_at_ + kSubmapInterval) {
     last_submap_at_ = integrated;
-    drain_submaps(config_.submap_min_age);
+    drain_submaps(kSubmapMinAge);
   }
-  publish_times_.add(thread_cpu_time() - after);
   ++frames_done_;
   tracked_ = mapper_->counters().tracked;
   keyframes_ = mapper_->counters().keyframes;
@@ -107,29 +114,44 @@ void Pipeline::begin_step(mapping::Step step) {
   step_began_ = t;
 }
 
-template <class Record>
-void Pipeline::publish(mapping::Lane lane, mapping::RecordKind kind, const Record& record, std::uint32_t poses) {
-  if (outbox_.publish) outbox_.publish({lane, kind, encode(record), poses});
+Publisher::Sealed* Pipeline::slot() {
+  if (!publisher_) return &alone_;
+  return ending_ ? publisher_->awaited_slot() : publisher_->slot();
+}
+
+bool Pipeline::take(Publisher::Sealed& into) {
+  using What = Publisher::Sealed::What;
+  into.what = What::keyframe;
+  if (mapper_->take_keyframe(into.keyframe)) return true;
+  into.what = What::poses;
+  return mapper_->take_poses(into.poses);
+}
+
+void Pipeline::keep(const Publisher::Sealed& sealed) {
+  if (sealed.what == Publisher::Sealed::What::keyframe)
+    keyframe_poses_.push_back(sealed.keyframe.T_robot_keyframe);
+  else
+    poses_.insert(poses_.end(), sealed.poses.poses.begin(), sealed.poses.poses.end());
 }
 
 void Pipeline::drain() {
-  while (mapper_->take_keyframe(keyframe_)) {
-    keyframe_poses_.push_back(keyframe_.T_robot_keyframe);
-    publish(mapping::Lane::features, mapping::RecordKind::keyframe, keyframe_);
-  }
-  while (mapper_->take_poses(trajectory_)) {
-    poses_.insert(poses_.end(), trajectory_.poses.begin(), trajectory_.poses.end());
-    publish(mapping::Lane::poses, mapping::RecordKind::trajectory, trajectory_,
-            static_cast<std::uint32_t>(trajectory_.poses.size()));
+  while (Publisher::Sealed* sealed = slot()) {
+    const bool taken = take(*sealed);
+    if (taken) keep(*sealed);
+    if (publisher_ && taken) publisher_->publish(sealed);
+    if (publisher_ && !taken) publisher_->give_back(sealed);
+    if (!taken) break;
   }
 }
 
 void Pipeline::drain_submaps(std::uint64_t min_age) {
-  if (!outbox_.publish) return;
-  for (;;) {
+  if (!publisher_) return;
+  while (Publisher::Sealed* sealed = slot()) {
     const auto blocks = mapper_->map().take_settled(min_age, kSubmapBlocks);
-    if (blocks.empty()) break;
-    publish(mapping::Lane::voxels, mapping::RecordKind::submap, mapping::make_submap(mapper_->map(), blocks));
+    if (blocks.empty()) return publisher_->give_back(sealed);
+    sealed->what = Publisher::Sealed::What::submap;
+    sealed->submap = mapping::make_submap(mapper_->map(), blocks);
+    publisher_->publish(sealed);
   }
 }
 
@@ -143,7 +165,8 @@ std::string Pipeline::step_table() const {
     text += fmt::format("{} {:.2f} ms ({:.0f} %), ", mapping::to_string(static_cast<mapping::Step>(i)), ms / frames,
                         100 * ms / std::max(1e-9, to_seconds(total) * 1e3));
   }
-  return text + fmt::format("publish {:.2f} ms", publish_times_.total_ms() / frames);
+  return publisher_ ? text + fmt::format("beside them publish {:.2f} ms", publisher_->times().total_ms() / frames)
+                    : text.substr(0, text.size() - 2);
 }
 
 }  // namespace onemap::daemon

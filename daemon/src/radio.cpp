@@ -66,7 +66,9 @@ Radio::Radio(const Config& config, comms::NodeConfig node, LifeCounter life, std
 Radio::~Radio() { stop(); }
 
 void Radio::start() {
-  thread_.start("radio", failures_, [this] { run(); });
+  // However the thread ends, nobody waits for room in its outbox.
+  thread_.start(
+      "radio", failures_, [this] { run(); }, [this] { outbox_.close(); });
 }
 
 void Radio::stop(Duration linger) {
@@ -77,10 +79,7 @@ void Radio::stop(Duration linger) {
 }
 
 void Radio::publish(OutgoingRecord record) {
-  {
-    const std::lock_guard lock(mutex_);
-    outbox_.push_back(std::move(record));
-  }
+  outbox_.push(std::move(record));
   port_->wake();
 }
 
@@ -127,7 +126,7 @@ bool Radio::over(Instant now) {
   if (!stopping_) return false;
   if (now.time_since_epoch().count() >= linger_until_ns_) return true;
   const std::lock_guard lock(mutex_);
-  return outbox_.empty() && !finish_ && !frames_to_finish_ && node_->delivered(1);
+  return outbox_.used() == 0 && !finish_ && !frames_to_finish_ && node_->delivered(1);
 }
 
 void Radio::turn() {
@@ -155,15 +154,14 @@ void Radio::receive_some() {
 }
 
 void Radio::append_published(Instant now) {
-  std::vector<OutgoingRecord> records;
   {
     const std::lock_guard lock(mutex_);
-    records.swap(outbox_);
     if (finish_) frames_to_finish_ = std::exchange(finish_, std::nullopt);
     node_->set_local_status(now, map_digest_, flags_);
     said_digest_ = map_digest_;
   }
-  for (OutgoingRecord& record : records) append(now, std::move(record));
+  // What was published before the work was finished is in the queue by now.
+  while (auto record = outbox_.try_pop()) append(now, std::move(*record));
   if (frames_to_finish_ && now >= finish_again_) append_finished(now);
 }
 

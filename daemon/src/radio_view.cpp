@@ -15,13 +15,6 @@ std::map<std::string, std::uint64_t> refusals(const comms::Counters& counters) {
     if (counters.refused[i] > 0) out[std::string(name(static_cast<comms::Refusal>(i)))] = counters.refused[i];
   return out;
 }
-
-// What an honest team on a lossy net refuses every day is counted, and no news.
-bool worth_a_line(comms::Refusal reason) {
-  using R = comms::Refusal;
-  return reason != R::duplicate && reason != R::too_old && reason != R::own_echo && reason != R::data_unasked &&
-         reason != R::stranger && reason != R::wrong_receiver;
-}
 }  // namespace
 
 // Each reason by itself, at most once a second, and only when it happened again.
@@ -30,7 +23,7 @@ void Radio::log_refusals() {
   for (std::size_t i = 0; i < comms::kRefusalCount; ++i) {
     const auto reason = static_cast<comms::Refusal>(i);
     std::uint64_t& logged = logged_refusals_[i];
-    if (counters.refused[i] == logged || !worth_a_line(reason)) continue;
+    if (counters.refused[i] == logged || comms::everyday(reason)) continue;
     if (log_.limited(fmt::format("refused {}", name(reason)), "refused: {} ({} so far)", words(reason),
                      counters.refused[i]))
       logged = counters.refused[i];
@@ -48,6 +41,10 @@ void Radio::update_view(Instant now) {
   RadioView view;
   view.frontier_digest = node_->frontier_digest();
   for (const auto& [robot, presence] : node_->presence(now)) view.last_sign[robot] = presence.last_sign;
+  const std::set<RobotId> incomplete = node_->incomplete();
+  for (const auto& [robot, sign] : view.last_sign)
+    if (!incomplete.contains(robot)) view.records_complete.insert(robot);
+  view.store_full = node_->store_full();
   view.robots_heard = view.last_sign.size();
   view.neighbours_heard = alive_.size();
   view.records_missing = node_->records_missing();

@@ -20,19 +20,21 @@ double rounded(double value) { return std::round(value * 100) / 100; }
 
 Json to_object(const RobotReport& robot) {
   const Quantiles& ms = robot.ms_per_frame;
-  return {{"name", robot.name},
-          {"camera", printable(robot.camera)},
-          {"frames", robot.frames},
-          {"tracked", robot.tracked},
-          {"keyframes", robot.keyframes},
-          {"in_global_map", robot.in_global_map},
-          {"map_digest", digest_text(robot.map_digest)},
-          {"ms_per_frame", {{"p50", rounded(ms.p50_ms)}, {"p95", rounded(ms.p95_ms)}, {"p99", rounded(ms.p99_ms)}}},
-          {"peak_rss_mb", rounded(robot.peak_rss_mb)},
-          {"bytes_sent", robot.bytes_sent},
-          {"bytes_received", robot.bytes_received},
-          {"blocks_refused", robot.blocks_refused},
-          {"refused", robot.refused}};
+  Json object{{"name", robot.name},
+              {"camera", printable(robot.camera)},
+              {"frames", robot.frames},
+              {"tracked", robot.tracked},
+              {"keyframes", robot.keyframes},
+              {"in_global_map", robot.in_global_map},
+              {"map_digest", digest_text(robot.map_digest)},
+              {"ms_per_frame", {{"p50", rounded(ms.p50_ms)}, {"p95", rounded(ms.p95_ms)}, {"p99", rounded(ms.p99_ms)}}},
+              {"peak_rss_mb", rounded(robot.peak_rss_mb)},
+              {"bytes_sent", robot.bytes_sent},
+              {"bytes_received", robot.bytes_received},
+              {"blocks_refused", robot.blocks_refused},
+              {"refused", robot.refused}};
+  if (!robot.failed.empty()) object["failed"] = printable(robot.failed);
+  return object;
 }
 
 RobotReport robot_from(const Json& object) {
@@ -52,6 +54,7 @@ RobotReport robot_from(const Json& object) {
   object.at("bytes_received").get_to(robot.bytes_received);
   robot.blocks_refused = object.value("blocks_refused", robot.blocks_refused);
   robot.refused = object.value("refused", robot.refused);
+  robot.failed = object.value("failed", robot.failed);
   return robot;
 }
 
@@ -91,6 +94,23 @@ Result<Report> read_report(const std::string& file) {
   return report_from_json(std::string(bytes->begin(), bytes->end()), file);
 }
 
+namespace {
+
+std::string troubles(const RobotReport& robot) {
+  std::string text;
+  if (!robot.failed.empty()) text += fmt::format("{}: FAILED: {}\n", robot.name, printable(robot.failed));
+  if (robot.blocks_refused > 0)
+    text += fmt::format("{}: no room for {} blocks of the local map, which are missing: raise map.budget_mb\n",
+                        robot.name, robot.blocks_refused);
+  std::string reasons;
+  for (const auto& [reason, count] : robot.refused)
+    reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", printable(reason), count);
+  if (!reasons.empty()) text += fmt::format("{}: refused from the network: {}\n", robot.name, reasons);
+  return text;
+}
+
+}  // namespace
+
 std::string to_table(const Report& report) {
   std::size_t width = 5;
   for (const RobotReport& robot : report.robots) width = std::max(width, robot.name.size());
@@ -100,6 +120,7 @@ std::string to_table(const Report& report) {
     text += fmt::format("{:<{}}  {:>7}  {:>7}  {:>9}  {:>8.2f}  {:>8.2f}  {:>6}  {}\n", robot.name, width, robot.frames,
                         robot.tracked, robot.keyframes, robot.ms_per_frame.p50_ms, robot.ms_per_frame.p99_ms,
                         robot.in_global_map ? "yes" : "no", digest_text(robot.map_digest));
+  for (const RobotReport& robot : report.robots) text += troubles(robot);
   return text;
 }
 

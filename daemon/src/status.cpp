@@ -72,7 +72,8 @@ Result<RobotStatus> read_status(const std::string& file) {
 
 Status write_status(const std::string& file, const RobotStatus& status) {
   const std::string text = to_json(status);
-  return render::write_file(file, std::vector<std::uint8_t>(text.begin(), text.end()));
+  // Written again in a moment: not worth a disk's turn.
+  return render::write_file(file, std::vector<std::uint8_t>(text.begin(), text.end()), render::Durable::no);
 }
 
 }  // namespace onemap::daemon

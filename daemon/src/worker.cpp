@@ -44,4 +44,12 @@ std::string what_of_current_exception() {
   }
 }
 
+Status guarded(std::string_view place, const std::function<Status()>& body) {
+  try {
+    return body();
+  } catch (...) {
+    return Error{std::string(place), what_of_current_exception()};
+  }
+}
+
 }  // namespace onemap::daemon

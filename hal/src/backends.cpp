@@ -1,6 +1,8 @@
 #include "hal/backends.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 namespace onemap::hal {
 
@@ -28,15 +30,60 @@ Result<CameraAddress> parse_camera_address(std::string_view text) {
   return address;
 }
 
-Result<std::unique_ptr<DepthCamera>> open_camera(std::span<const Backend> table, std::string_view address) {
-  auto parsed = parse_camera_address(address);
-  if (!parsed) return parsed.error();
+namespace {
+
+Result<const Backend*> find_backend(std::span<const Backend> table, const CameraAddress& address) {
   std::string known;
   for (const Backend& backend : table) {
-    if (backend.name == parsed->backend) return backend.open(*parsed);
+    if (backend.name == address.backend) return &backend;
     known += (known.empty() ? "" : ", ") + std::string(backend.name);
   }
-  return Error{"camera address '" + parsed->text + "'", "no backend '" + parsed->backend + "'; known: " + known};
+  return Error{"camera address '" + address.text + "'", "no backend '" + address.backend + "'; known: " + known};
+}
+
+Result<std::string> address_of_first_usable(std::span<const Backend> table) {
+  std::string refused;
+  for (const CameraInfo& camera : list_cameras(table)) {
+    if (camera.problem.empty()) return camera.address;
+    refused += "; " + camera.address + " (" + camera.description + "): " + camera.problem;
+  }
+  return Error{"camera address 'auto'", "no usable camera on this machine" + refused};
+}
+
+}  // namespace
+
+Status check_address(std::span<const Backend> table, std::string_view address) {
+  if (address == "auto") return success();
+  const auto parsed = parse_camera_address(address);
+  if (!parsed) return parsed.error();
+  const auto backend = find_backend(table, *parsed);
+  if (!backend) return backend.error();
+  return (*backend)->check ? (*backend)->check(*parsed) : success();
+}
+
+std::vector<CameraInfo> list_cameras(std::span<const Backend> table) {
+  std::vector<CameraInfo> all;
+  for (const Backend& backend : table) {
+    if (!backend.list) continue;
+    std::vector<CameraInfo> found = backend.list();
+    std::move(found.begin(), found.end(), std::back_inserter(all));
+  }
+  return all;
+}
+
+Result<std::unique_ptr<DepthCamera>> open_camera(std::span<const Backend> table, std::string_view address,
+                                                 Duration clock_offset) {
+  if (address == "auto") {
+    const auto found = address_of_first_usable(table);
+    if (!found) return found.error();
+    return open_camera(table, *found, clock_offset);
+  }
+  auto parsed = parse_camera_address(address);
+  if (!parsed) return parsed.error();
+  parsed->clock_offset = clock_offset;
+  const auto backend = find_backend(table, *parsed);
+  if (!backend) return backend.error();
+  return (*backend)->open(*parsed);
 }
 
 }  // namespace onemap::hal

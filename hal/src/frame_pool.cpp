@@ -12,20 +12,41 @@ std::size_t pixels(const Intrinsics& k) {
 }  // namespace
 
 Frame::Frame(Frame&& other) noexcept
-    : time(other.time), index(other.index), pool_(std::exchange(other.pool_, nullptr)), slot_(other.slot_) {}
+    : colour_time(other.colour_time),
+      depth_time(other.depth_time),
+      index(other.index),
+      pool_(std::exchange(other.pool_, nullptr)),
+      slot_(other.slot_),
+      loan_(std::exchange(other.loan_, {})) {}
 
 Frame& Frame::operator=(Frame&& other) noexcept {
   if (this == &other) return *this;
-  if (pool_) pool_->release(slot_);
-  time = other.time;
+  release();
+  colour_time = other.colour_time;
+  depth_time = other.depth_time;
   index = other.index;
   slot_ = other.slot_;
   pool_ = std::exchange(other.pool_, nullptr);
+  loan_ = std::exchange(other.loan_, {});
   return *this;
 }
 
-Frame::~Frame() {
+Frame::~Frame() { release(); }
+
+void Frame::release() {
+  return_loan();
   if (pool_) pool_->release(slot_);
+}
+
+void Frame::borrow(DepthLoan loan) {
+  assert(pool_ && loan.depth.size() == pixels(pool_->intrinsics_) && loan.give_back);
+  return_loan();
+  loan_ = std::move(loan);
+}
+
+void Frame::return_loan() {
+  if (loan_.give_back) loan_.give_back(loan_.lender.get(), loan_.buffer);
+  loan_ = {};
 }
 
 std::span<std::uint8_t> Frame::rgb() const {
@@ -40,7 +61,9 @@ std::span<std::uint16_t> Frame::depth() const {
   return {pool_->depth_.get() + slot_ * n, n};
 }
 
-FrameView Frame::view() const { return {time, index, &pool_->intrinsics_, rgb(), depth()}; }
+FrameView Frame::view() const {
+  return {colour_time, depth_time, index, &pool_->intrinsics_, rgb(), loan_.give_back ? loan_.depth : depth()};
+}
 
 FramePool::FramePool(const Intrinsics& intrinsics, std::size_t frames)
     : intrinsics_(intrinsics),

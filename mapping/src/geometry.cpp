@@ -44,16 +44,6 @@ Pose small_motion(const Vector6d& wv) {
   return {from_quaternion_wxyz({1.0, 0.5 * wv[0], 0.5 * wv[1], 0.5 * wv[2]}), Vector3d(wv[3], wv[4], wv[5])};
 }
 
-double rotation_angle(const Matrix3d& R) {
-  const auto q = to_quaternion_wxyz(R);
-  return 2 * std::atan2(std::sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]), q[0]);
-}
-
-Vector3d roll_pitch_yaw(const Matrix3d& R) {
-  const double pitch = std::atan2(-R(2, 0), std::sqrt(R(0, 0) * R(0, 0) + R(1, 0) * R(1, 0)));
-  return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
-}
-
 namespace {
 // What does not fit is the farthest that does: records from outside may place a robot anywhere.
 std::int32_t rounded(double v) {

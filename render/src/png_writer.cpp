@@ -54,10 +54,10 @@ Result<std::vector<std::uint8_t>> encode_png(const Image& image) {
   return std::move(sink.bytes);
 }
 
-Status write_png(const std::string& path, const Image& image) {
+Status write_png(const std::string& path, const Image& image, Durable durable) {
   auto bytes = encode_png(image);
   if (!bytes) return Error{path, bytes.error().text()};
-  return write_file(path, *bytes);
+  return write_file(path, *bytes, durable);
 }
 
 }  // namespace onemap::render

@@ -67,6 +67,15 @@ TEST(Architecture, PureModulesHaveNoThreadsClocksSocketsFilesOrOutput) {
   EXPECT_EQ(offences({"comms"}, forbidden, "comms/udp/"), "");
 }
 
+TEST(Architecture, ImagingIsPureAndKnowsNoBackend) {
+  EXPECT_EQ(
+      offences(
+          {"hal/imaging"},
+          R"(#include <(thread|mutex|condition_variable|iostream|fstream|filesystem|sys/|fcntl\.h|poll\.h|unistd\.h|time\.h))"
+          R"(|#include "hal/backends/|\bprintf\()"),
+      "");
+}
+
 TEST(Architecture, OnlyTheDaemonReadsAClock) {
   EXPECT_EQ(offences({"hal", "mapping", "comms", "render"},
                      R"((steady_clock|system_clock|high_resolution_clock)::now|clock_gettime|gettimeofday)"),
@@ -109,8 +118,9 @@ TEST(Architecture, TopLevelFoldersAreTheOnesOfTheHouse) {
 
 TEST(Architecture, EveryFolderIsNamedInArchitectureMd) {
   const std::string text = read(kRoot / "ARCHITECTURE.md");
-  for (const char* folder : {"hal", "hal/backends/replay", "hal/backends/simulated", "mapping/local", "mapping/team",
-                             "comms", "comms/udp", "render", "daemon", "daemon/evaluation", "systemd", "tests"})
+  for (const char* folder :
+       {"hal", "hal/imaging", "hal/backends/replay", "hal/backends/simulated", "mapping/local", "mapping/team", "comms",
+        "comms/udp", "render", "daemon", "daemon/evaluation", "systemd", "tests"})
     EXPECT_NE(text.find(folder), std::string::npos) << folder;
 }
 

@@ -14,6 +14,7 @@
 
 #include "mapping/local/icp.hpp"
 #include "mapping/local/voxel_grid.hpp"
+#include "support/poses.hpp"
 #include "support/tum_recording.hpp"
 
 using namespace onemap;
@@ -42,7 +43,7 @@ struct Column {
   void judge(const Pose& T_truth, const Pose& T) {
     const Pose error = T_truth.inverse() * T;
     error_mm.push_back(1e3 * error.t.norm());
-    error_deg.push_back(rotation_angle(error.R) * 57.29578);
+    error_deg.push_back(test::rotation_angle(error.R) * 57.29578);
     bad += error_mm.back() > 50 || error_deg.back() > 3;
   }
   void print(const char* name, std::size_t gap) const {
@@ -85,7 +86,7 @@ using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 
 Cloud::Ptr pcl_down(const std::vector<std::uint16_t>& depth, const RayTable& rays, double depth_scale, Column& column) {
   std::vector<Vector3f> points(depth.size());
-  points.resize(to_points(depth, rays, depth_scale, 1, points));
+  points.resize(to_points(depth, rays, depth_scale, {}, points));
   Cloud::Ptr cloud(new Cloud), down(new Cloud);
   for (const Vector3f& p : points) {
     if (p.z() <= kMaxRange_m) cloud->push_back({p.x(), p.y(), p.z()});

@@ -10,7 +10,7 @@
 #include <pcl/point_types.h>
 #endif
 
-#include "mapping/local/point_cloud.hpp"
+#include "mapping/local/ray_table.hpp"
 #include "mapping/local/voxel_grid.hpp"
 #include "support/tum_recording.hpp"
 
@@ -41,7 +41,7 @@ std::vector<Vector3f> world_points(const test::TumRecording& recording) {
   for (std::size_t i = 50; i < recording.depths().size() && points.size() < kPoints; i += 150) {
     Pose T_world_camera;
     if (!recording.truth(i, T_world_camera)) continue;
-    const std::size_t n = to_points(recording.depth(i), rays, recording.intrinsics().depth_scale, 1, frame);
+    const std::size_t n = to_points(recording.depth(i), rays, recording.intrinsics().depth_scale, {}, frame);
     for (std::size_t j = 0; j < n && points.size() < kPoints; ++j) {
       points.emplace_back((T_world_camera * frame[j].cast<double>()).cast<float>());
     }

@@ -49,7 +49,7 @@ Recording load() {
     const hal::Grab grab = (*camera)->grab(frame, std::chrono::milliseconds(1000));
     if (grab == hal::Grab::end) break;
     Pose pose;
-    if (grab != hal::Grab::frame || i % 5 != 0 || !truth_at(truth, to_seconds(frame.time), pose)) continue;
+    if (grab != hal::Grab::frame || i % 5 != 0 || !truth_at(truth, to_seconds(frame.colour_time), pose)) continue;
     out.frames.push_back(
         {{frame.rgb().begin(), frame.rgb().end()}, {frame.depth().begin(), frame.depth().end()}, pose});
   }

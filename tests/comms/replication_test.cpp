@@ -1,3 +1,4 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -146,13 +147,93 @@ TEST(Replication, LargestRecordCrossesALine) {
   }
 }
 
-TEST(Replication, TooLargeAndUnknownLaneAreRefused) {
-  MemoryStore store(10u << 20);
+TEST(Replication, OwnRecordsThatCannotBeKeptAreRefusedWithTheReason) {
+  MemoryStore store(2'000);
   Node node({.self = RobotId::from_name("a"), .peers = {}, .group = {}}, store);
-  EXPECT_FALSE(node.append(Instant{}, 3, 1, std::vector<std::uint8_t>(kMaxRecordBytes + 1)));
-  EXPECT_FALSE(node.append(Instant{}, kLaneCount, 1, {}));
-  EXPECT_EQ(node.counters().of(Refusal::append_refused), 2u);
+  const auto why = [&](std::uint8_t lane, std::size_t bytes) {
+    const auto refused = node.append(Instant{}, lane, 1, std::vector<std::uint8_t>(bytes));
+    return refused.ok() ? "kept" : refused.error().text();
+  };
+  EXPECT_THAT(why(3, kMaxRecordBytes + 1), testing::HasSubstr("1048577 bytes; a record holds at most 1048576"));
+  EXPECT_THAT(why(kLaneCount, 1), testing::HasSubstr("lane 5 is unknown"));
+  EXPECT_THAT(why(1, 3000), testing::HasSubstr("of 2000 bytes (network.store_budget_mb)"));
+  EXPECT_EQ(node.counters().of(Refusal::append_refused), 3u);
   EXPECT_TRUE(node.frontier().empty());
+}
+
+// Delivered means that every living neighbour has said that it holds them.
+TEST(Replication, DeliveredIsExact) {
+  SimNet net(18, {.delay = 10ms});
+  net.add_team(3, sim::star(3));
+  net.run_for(1s);
+  EXPECT_TRUE(net.node(0).delivered(4)) << "nothing was written";
+  const RecordId pose = net.append(0, 1, 100);
+  EXPECT_FALSE(net.node(0).delivered(1));
+  EXPECT_TRUE(net.node(0).delivered(0)) << "of that lane there is nothing";
+  const auto all_hold = [&](const RecordId& id) { return net.node(1).hops(id) && net.node(2).hops(id); };
+  ASSERT_TRUE(net.run_until([&] { return net.node(0).delivered(1); }, 5s));
+  EXPECT_TRUE(all_hold(pose));
+  net[2].on = false;
+  const RecordId next = net.append(0, 0, 100);
+  net.run_for(3s);
+  EXPECT_TRUE(net.node(1).hops(next));
+  EXPECT_FALSE(net.node(0).delivered(1)) << "a neighbour that is believed alive has not said so";
+  net.append(0, 3, 500'000);
+  net.run_for(20s);
+  EXPECT_TRUE(net.node(0).delivered(4)) << "it is not believed alive any longer";
+}
+
+TEST(Replication, WhoseRecordsAreMissingIsKnown) {
+  SimNet net(19, {});
+  NodeConfig slow;
+  slow.bytes_per_second = 20'000;
+  net.add_team(3, sim::line(3), slow);
+  net.append(0, 3, 100'000);
+  net.append(2, 0, 10);
+  net.run_for(2s);
+  EXPECT_EQ(net.node(1).incomplete(), std::set<RobotId>{RobotId::from_name("robot0")});
+  EXPECT_EQ(net.node(1).records_missing(), 1u);
+  EXPECT_TRUE(net.node(0).incomplete().empty());
+  ASSERT_TRUE(net.run_until([&] { return net.equal(); }, 30s));
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_TRUE(net.node(i).incomplete().empty());
+}
+
+// Signs of life: of neighbours by datagrams, of others by what they say and write, over any number of hops.
+TEST(Replication, ANodeOnAnOldStoreGivesEachRobotTimeToShowUp) {
+  MemoryStore store(1u << 20);
+  const RobotId other = RobotId::from_name("other");
+  ASSERT_TRUE(store.append({{{other, 0, 4}, 0}, 1, {}}));
+  Node node({.self = RobotId::from_name("a"), .peers = {}, .group = {}}, store);
+  const Instant start{1000s};
+  node.on_timer(start);
+  EXPECT_EQ(node.presence(start + 1s).at(other).last_sign, start);
+  EXPECT_EQ(node.presence(start + 1s).at(other).incarnation, 4u);
+  EXPECT_FALSE(node.team_agrees(0, {})) << "it has not said what it holds";
+  EXPECT_TRUE(node.team_agrees(0, {other}));
+}
+
+TEST(Replication, PresenceKnowsWhenARobotLastShowedALifeSign) {
+  SimNet net(20, {});
+  net.add_team(3, sim::line(3));
+  for (std::size_t i = 0; i < 3; ++i) net.append(i, 0, 10);
+  ASSERT_TRUE(net.run_until([&] { return sim::agrees(net.node(0), 3, 0); }, 20s));
+  const RobotId last = RobotId::from_name("robot2");
+  net.run_for(10s);
+  auto seen = net.node(0).presence(net.now());
+  EXPECT_EQ(seen.size(), 3u);
+  EXPECT_TRUE(seen.at(RobotId::from_name("robot1")).neighbour);
+  EXPECT_FALSE(seen.at(last).neighbour);
+  EXPECT_LT(net.now() - seen.at(RobotId::from_name("robot1")).last_sign, 5s);
+  EXPECT_GT(net.now() - seen.at(last).last_sign, 8s) << "it has said nothing new";
+  net.node(2).set_local_status(net.now(), 5, kStatusFinished);
+  net.run_for(1s);
+  seen = net.node(0).presence(net.now());
+  EXPECT_LT(net.now() - seen.at(last).last_sign, 1s);
+  EXPECT_EQ(seen.at(last).flags, kStatusFinished);
+  net.run_for(10s);
+  net.append(2, 3, 10);
+  net.run_for(1s);
+  EXPECT_LT(net.now() - net.node(0).presence(net.now()).at(last).last_sign, 1s);
 }
 
 std::vector<int> distances(std::size_t n, const std::vector<Edge>& edges, std::size_t from) {
@@ -274,6 +355,8 @@ TEST(Replication, FullStoreRefusesVoxelsAndKeepsPosesComing) {
   net.run_for(5s);
   EXPECT_GT(net.node(1).counters().of(Refusal::store_refused), 0u);
   EXPECT_LE(net[1].store->used(), 500'000u);
+  EXPECT_THAT(net.node(1).store_full(), testing::HasSubstr("network.store_budget_mb"));
+  EXPECT_EQ(net.node(0).store_full(), "");
   EXPECT_LT(net.node(1).counters().bytes_received, 1'500'000u);  // what has no room is not fetched again and again
 }
 

@@ -1,8 +1,12 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 #include "comms/frontier.hpp"
 #include "comms/memory_store.hpp"
+#include "comms/node.hpp"
 #include "comms/wire.hpp"
+#include "sim_net.hpp"
 
 namespace onemap::comms {
 namespace {
@@ -31,12 +35,92 @@ TEST(MemoryStore, FullRefusesVoxelsFirst) {
   std::uint32_t voxels = 0, poses = 0;
   while (store.append(record(3, voxels, 1000))) ++voxels;
   EXPECT_LE(store.used(), 90'000u);
-  EXPECT_GT(store.used(), 90'000u - 1000 - MemoryStore::kOverheadBytes);
+  EXPECT_GT(store.used(), 90'000u - 1000 - MemoryStore::kRecordBytes);
   while (store.append(record(1, poses, 1000))) ++poses;
   EXPECT_GE(poses, 8u);
   EXPECT_LE(store.used(), store.capacity());
   EXPECT_EQ(store.refused_full(), 2u);
   EXPECT_EQ(store.frontier().at(record(3, 0, 0).id.log), voxels);
+}
+
+TEST(MemoryStore, SaysWhyItRefuses) {
+  MemoryStore store(10'000);
+  EXPECT_THAT(store.append(record(1, 3, 10)).error().text(), testing::HasSubstr("3 is not the next, which is 0"));
+  ASSERT_TRUE(store.append(record(1, 0, 5000)));
+  const auto refused = store.append(record(3, 0, 6000));
+  ASSERT_FALSE(refused);
+  for (const char* words : {"store is full", "of 10000 bytes", "network.store_budget_mb", "6000 bytes"})
+    EXPECT_THAT(refused.error().text(), testing::HasSubstr(words));
+}
+
+TEST(MemoryStore, ScansInOrderAndForgetsBodies) {
+  MemoryStore store(100'000);
+  ASSERT_TRUE(store.sync());
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    ASSERT_TRUE(store.append(record(2, k, 1000)));
+    ASSERT_TRUE(store.append(record(1, k, 1000)));
+  }
+  const VersionVector frontier = store.frontier();
+  const std::size_t used = store.used();
+  EXPECT_TRUE(store.forget(record(1, 1, 0).id));
+  EXPECT_FALSE(store.forget(record(1, 1, 0).id));
+  EXPECT_FALSE(store.forget(record(1, 3, 0).id));
+  EXPECT_EQ(store.find(record(1, 1, 0).id), nullptr);
+  EXPECT_EQ(store.frontier(), frontier);
+  EXPECT_EQ(store.used(), used - 1000 - MemoryStore::kRecordBytes);
+  EXPECT_TRUE(store.append(record(1, 3, 10))) << "its place stays taken";
+  std::vector<RecordId> seen;
+  store.scan([&](const auto& one) { seen.push_back(one->id); });
+  EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
+  EXPECT_EQ(seen.size(), 6u);
+}
+
+// What glibc gives out for a node with a store, two living neighbours that hold the same, and nothing else to do.
+std::size_t cost_of(std::size_t logs, std::size_t records, std::size_t bytes) {
+  sim::SimNet net(1, {});
+  NodeConfig config;
+  config.max_robots = 20'000, config.max_logs = 20'000;
+  net.add_team(3, sim::complete(3), config);
+  net.run_for(std::chrono::seconds(1));
+  const std::size_t before = mallinfo2().uordblks, charged = net[0].store->used();
+  for (std::size_t k = 0; k < logs; ++k)
+    for (std::uint32_t seq = 0; seq < records; ++seq)
+      if (!net[0].store->append({{{sim::numbered("r", k), 1, 1}, seq}, 1, std::vector<std::uint8_t>(bytes)})) return 0;
+  return 100 * (mallinfo2().uordblks - before) / (net[0].store->used() - charged);
+}
+
+// In per cent of what is charged.
+TEST(MemoryStore, ChargesWhatRecordsCost) {
+  if (cost_of(1, 1, 100'000) == 0) GTEST_SKIP() << "no glibc allocator to ask";
+  EXPECT_LE(cost_of(4000, 1, 0), 100u);
+  EXPECT_LE(cost_of(1, 4000, 0), 100u);
+  EXPECT_GE(cost_of(1, 4000, 0), 60u);
+  EXPECT_LE(cost_of(100, 50, 300), 100u);
+  EXPECT_LE(cost_of(10, 10, 50'000), 101u);
+}
+
+// With what a Node remembers of each log, when neighbours hold it, too: bytes a one-record log, beside its body.
+TEST(MemoryStore, ChargesWhatLogsCostTheNode) {
+  const auto grown = [](std::size_t robots) {
+    sim::SimNet net(1, {});
+    NodeConfig config;
+    config.bytes_per_second = 1'000'000'000;
+    net.add_team(3, sim::complete(3), config);
+    for (std::size_t k = 0; k < robots; ++k)
+      if (!net[0].store->append({{{sim::numbered("r", k), 1, 1}, 0}, 1, {}})) return std::size_t{0};
+    net.restart_node(0);
+    const std::size_t before = mallinfo2().uordblks;
+    net.run_until([&] { return net.equal(); }, std::chrono::seconds(60));
+    net.run_for(std::chrono::seconds(10));
+    for (std::size_t i = 0; i < 3; ++i) net[i].applied.clear();
+    return (mallinfo2().uordblks - before) / 2;  // two nodes have got everything
+  };
+  const std::size_t few = grown(100), many = grown(900);
+  if (many == 0) GTEST_SKIP() << "no glibc allocator to ask";
+  const std::size_t each = (many - few) / 800;
+  printf("a log of one empty record costs %zu bytes\n", each);
+  EXPECT_LE(each, MemoryStore::kLogBytes + MemoryStore::kRecordBytes);
+  EXPECT_GE(each, (MemoryStore::kLogBytes + MemoryStore::kRecordBytes) / 2);
 }
 
 TEST(Digest, IsTheSumOfItsEntriesAndIgnoresEmptyLogs) {

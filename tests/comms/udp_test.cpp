@@ -145,6 +145,32 @@ TEST(UdpPort, LineOfThreeOnLoopback) {
       robots, [&] { return sim::agrees(*robots[0].node, 3, 0) && sim::agrees(*robots[2].node, 3, 0); }, 30s));
 }
 
+TEST(UdpPort, AFloodOfUnicastDoesNotSilenceTheGroup) {
+  const Endpoint group = Endpoint::ipv4(239, 77, 1, 2, 7478);
+  auto hearer = UdpPort::open({.listen = kAnyPort, .group = group});
+  auto speaker = UdpPort::open({.listen = kAnyPort, .group = group});
+  if (!hearer.ok() || !speaker.ok()) GTEST_SKIP() << "no multicast on loopback here";
+  OutgoingDatagram out;
+  out.size = 10;
+  out.buffer.fill(1);
+  const auto flood = [&](int datagrams) {
+    out.to = (*hearer)->local();
+    out.buffer[0] = 1;
+    for (int k = 0; k < datagrams; ++k) (*speaker)->send(out);
+  };
+  flood(200);
+  out.to = group;
+  out.buffer[0] = 2;
+  ASSERT_TRUE((*speaker)->send(out));
+  IncomingDatagram in;
+  int before = 0;
+  while ((*hearer)->wait(1s) && (*hearer)->receive(in) && in.buffer[0] != 2) {
+    flood(1);
+    ASSERT_LT(++before, 100) << "the group's datagram waits behind all others";
+  }
+  if (in.buffer[0] != 2) GTEST_SKIP() << "multicast does not loop back here";
+}
+
 TEST(UdpPort, RobotsFindEachOtherByMulticast) {
   const Endpoint group = Endpoint::ipv4(239, 77, 1, 1, 7477);
   std::vector<Robot> robots(2);

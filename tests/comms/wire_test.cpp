@@ -125,6 +125,49 @@ TEST(Wire, GoldenData) {
   EXPECT_EQ(Bytes(back.bytes.begin(), back.bytes.end()), body);
 }
 
+TEST(Wire, GoldenLaterLife) {
+  const LaterLife later{RobotId::from_name("robot1"), 0x0102030405060708u};
+  Decoder decoder;
+  const Bytes encoded = written([&](Encoder& out) { ASSERT_TRUE(out.later_life(later)); });
+  const Frame frame = golden(encoded, "80 1800 " + kRobotHex + "0807060504030201", decoder);
+  EXPECT_EQ(std::get<LaterLife>(frame), later);
+  EXPECT_EQ(type_of(frame), FrameType::later_life);
+  const Bytes greeting = written([&](Encoder& out) { ASSERT_TRUE(out.beacon({later.robot, 0, 0, 1, 0})); });
+  EXPECT_LT(encoded.size(), greeting.size()) << "whoever is told gets no more than it sent";
+}
+
+// One in each place where a datagram names a robot.
+TEST(Wire, RobotsWithoutAValidNameVoidTheDatagram) {
+  const Bytes body = {1};
+  for (const std::string& name : {std::string("../x"), std::string("a/b"), std::string(".."), std::string("\x1b[31m"),
+                                  std::string("a\0b", 3), std::string("\0b", 2), std::string("r\xff"), std::string()}) {
+    RobotId id;
+    std::copy(name.begin(), name.end(), id.bytes.begin());
+    const LogId log{id, 1, 1};
+    const HaveEntry have{log, 1};
+    const WantEntry want{{log, 0}, 0, 1};
+    const RobotStatus status{id, 1, 1, 0, 0, 0};
+    Data data;
+    data.id = {log, 0};
+    data.total_bytes = 1;
+    data.bytes = body;
+    Decoder decoder;
+    const auto decoded = [&](auto write) { return decoder.decode(written(write)); };
+    EXPECT_EQ(decoded([&](Encoder& out) { out.beacon({id, 0, 0, 1, 0}); }), Refusal::bad_robot_id) << name;
+    EXPECT_EQ(decoded([&](Encoder& out) { out.status({&status, 1}); }), Refusal::bad_robot_id) << name;
+    EXPECT_EQ(decoded([&](Encoder& out) { out.have(1, {&have, 1}); }), Refusal::bad_robot_id) << name;
+    EXPECT_EQ(decoded([&](Encoder& out) { out.want(1, {&want, 1}); }), Refusal::bad_robot_id) << name;
+    EXPECT_EQ(decoded([&](Encoder& out) { out.data(data); }), Refusal::bad_robot_id) << name;
+    EXPECT_EQ(decoded([&](Encoder& out) { out.later_life({id, 1}); }), Refusal::bad_robot_id) << name;
+  }
+}
+
+TEST(Wire, CountersGoRoundWithoutZero) {
+  EXPECT_EQ(next_counter(1), 2u);
+  EXPECT_EQ(next_counter(0xFFFFFFFE), 0xFFFFFFFFu);
+  EXPECT_EQ(next_counter(0xFFFFFFFF), 1u);
+}
+
 TEST(Wire, BodyHashIsXxh3) {
   EXPECT_EQ(body_hash(0, {}), 0x2D06800538D394C2u);  // the published XXH3-64 of nothing with seed 0
   EXPECT_NE(body_hash(1, {}), body_hash(0, {}));
@@ -173,10 +216,12 @@ TEST(Wire, RefusesEachKindOfNonsense) {
   EXPECT_EQ(with(3, 1), Refusal::bad_reserved);
   EXPECT_EQ(with(24, 0), Refusal::bad_frame);  // unknown, not skippable
   EXPECT_EQ(with(24, 127), Refusal::bad_frame);
-  EXPECT_EQ(with(24, 128), Refusal::count);    // unknown, skippable
-  EXPECT_EQ(with(25, 5), Refusal::bad_frame);  // longer than the datagram
-  EXPECT_EQ(with(25, 3), Refusal::bad_frame);  // shorter than a ping
-  EXPECT_EQ(with(20, 0), Refusal::bad_frame);  // counter 0
+  EXPECT_EQ(with(24, 129), Refusal::count);  // unknown, skippable
+  EXPECT_EQ(with(24, 255), Refusal::count);
+  EXPECT_EQ(with(11, 0x80), Refusal::bad_incarnation);  // of the sender
+  EXPECT_EQ(with(25, 5), Refusal::bad_frame);           // longer than the datagram
+  EXPECT_EQ(with(25, 3), Refusal::bad_frame);           // shorter than a ping
+  EXPECT_EQ(with(20, 0), Refusal::bad_frame);           // counter 0
   Bytes trailing = good;
   trailing.push_back(1);
   EXPECT_EQ(decoder.decode(trailing), Refusal::bad_frame);
@@ -222,6 +267,7 @@ Bytes encode_again(const Decoder& decoder) {
     if (const auto* data = std::get_if<Data>(&frame)) out.data(*data);
     if (const auto* ping = std::get_if<Ping>(&frame)) out.ping(ping->token);
     if (const auto* pong = std::get_if<Pong>(&frame)) out.pong(pong->token);
+    if (const auto* later = std::get_if<LaterLife>(&frame)) out.later_life(*later);
   }
   return Bytes(buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(out.size()));
 }

@@ -28,6 +28,7 @@ class FaultyCamera final : public hal::DepthCamera {
   }
   const Error& last_error() const override { return good_->last_error(); }
   hal::CameraCounters counters() const override { return good_->counters(); }
+  bool live() const override { return good_->live(); }
   std::uint64_t frames_expected() const override { return good_->frames_expected(); }
   std::string description() const override { return "a camera with a fault"; }
 
@@ -46,6 +47,7 @@ constexpr std::array kFaulty{hal::Backend{"faulty", "throws after 30 frames", op
 
 Config config_for(const Folder& out, const std::string& camera) {
   Config config;
+  config.id = "robot";
   config.camera = camera;
   config.out = out.text();
   config.once = true;

@@ -1,45 +1,44 @@
 #include "daemon/config.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
+#include <limits>
 
-#include "daemon/options.hpp"
+#include "daemon/config_key.hpp"
+#include "temp_folder.hpp"
 
 namespace onemap::daemon {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 class ConfigFile : public testing::Test {
  protected:
-  void SetUp() override {
-    file_ = std::filesystem::temp_directory_path() / ("onemap_config_" + std::to_string(getpid()) + ".toml");
-  }
-  void TearDown() override { std::filesystem::remove(file_); }
   Status load(const std::string& text) {
-    std::ofstream(file_) << text;
-    return load_config(file_.string(), config_);
+    folder_.write("c.toml", text);
+    return load_config(file_, config_);
   }
-  // The reason and the line of a file that must be refused.
+  // The reason of a file that must be refused at this line.
   std::string refused(const std::string& text, int line) {
     const Status status = load(text);
     EXPECT_FALSE(status.ok()) << text;
     if (status) return {};
-    EXPECT_EQ(status.error().place, file_.string() + ":" + std::to_string(line)) << status.error().text();
+    EXPECT_EQ(status.error().place, fmt::format("{}:{}", file_, line)) << text << status.error().text();
     return status.error().reason;
   }
-  std::filesystem::path file_;
+  const test::TempFolder folder_;
+  const std::string file_ = folder_ / "c.toml";
   Config config_;
 };
 
 TEST_F(ConfigFile, SetsWhatItNamesAndLeavesTheRest) {
   const Config before;
   ASSERT_TRUE(load("[robot]\nid = \"anna\"\n[network]\npeers = [\"127.0.0.1:1\", \"127.0.0.1:2\"]\n"
-                   "[run]\nonce = true\nspeed = 2.5\n[tracking]\nfeatures = \"orb\"\nmax_features = 300\n"
+                   "[run]\nonce = true\nspeed = 2.5\nlinger_s = 4\n[tracking]\nfeatures = \"orb\"\nmax_features = 300\n"
                    "[map]\nvoxel_m = 0.05\ntruncation_m = 0.2\nbudget_mb = 7\n")
                   .ok());
   EXPECT_EQ(config_.id, "anna");
@@ -47,6 +46,7 @@ TEST_F(ConfigFile, SetsWhatItNamesAndLeavesTheRest) {
   EXPECT_TRUE(config_.once);
   EXPECT_FALSE(config_.speed.max);
   EXPECT_DOUBLE_EQ(config_.speed.factor, 2.5);
+  EXPECT_EQ(config_.linger_s, 4);
   EXPECT_EQ(config_.mapper.features, mapping::DescriptorKind::orb);
   EXPECT_EQ(config_.mapper.max_features, 300);
   EXPECT_FLOAT_EQ(config_.mapper.map.voxel_m, 0.05f);
@@ -55,68 +55,198 @@ TEST_F(ConfigFile, SetsWhatItNamesAndLeavesTheRest) {
   EXPECT_EQ(config_.camera, before.camera);
 }
 
-TEST_F(ConfigFile, RefusesUnknownKeysWithTheirLine) {
-  EXPECT_THAT(refused("[robot]\nid = \"a\"\nname = \"b\"\n", 3), AllOf(HasSubstr("'name'"), HasSubstr("camera")));
-  EXPECT_THAT(refused("\n[wheels]\nleft = 1\n", 2), HasSubstr("'wheels'"));
-  EXPECT_THAT(refused("camera = \"replay:x\"\n", 1), HasSubstr("unknown key 'camera'"));
+TEST_F(ConfigFile, RefusesUnknownKeysWithTheirLineAndTheNearest) {
+  EXPECT_THAT(refused("[robot]\nid = \"a\"\nname = \"b\"\n", 3),
+              AllOf(HasSubstr("unknown key 'name' in [robot]"), HasSubstr("known here: id, camera, out")));
+  EXPECT_THAT(refused("[map]\nvoxel = 1\n", 2), HasSubstr("did you mean 'voxel_m'?"));
+  EXPECT_THAT(refused("[tracking]\nmax_keyframe = 50\n", 2), HasSubstr("did you mean 'max_keyframes'?"));
+  EXPECT_THAT(refused("[tracking]\nvoxel_m = 0.05\n", 2), HasSubstr("did you mean 'voxel_m' in [map]?"));
+  EXPECT_THAT(refused("[run]\nsped = 1\n", 2), HasSubstr("did you mean 'speed'?"));
+  EXPECT_THAT(refused("[run]\nwhatever_else = 1\n", 2), Not(HasSubstr("did you mean")));
+  EXPECT_THAT(refused("\n[wheels]\nleft = 1\n", 2), AllOf(HasSubstr("'wheels'"), Not(HasSubstr("did you mean"))));
+  EXPECT_THAT(refused("[maps]\nleft = 1\n", 1), HasSubstr("did you mean [map]?"));
+  EXPECT_THAT(refused("camera = \"replay:x\"\n", 1), HasSubstr("unknown section 'camera'"));
+  EXPECT_THAT(refused("map = 1\n", 1), HasSubstr("expected [map]"));
 }
 
-TEST_F(ConfigFile, RefusesBadValuesWithTheirLine) {
-  EXPECT_THAT(refused("[map]\n\nvoxel_m = 9.0\n", 3), AllOf(HasSubstr("map.voxel_m"), HasSubstr("0.5")));
-  EXPECT_THAT(refused("[map]\nbudget_mb = \"many\"\n", 2), HasSubstr("expected a number"));
-  EXPECT_THAT(refused("[tracking]\nmax_features = true\n", 2), HasSubstr("expected a number"));
+TEST_F(ConfigFile, RefusesBadValuesWithTheirLineAndWhatIsAccepted) {
+  EXPECT_THAT(refused("[map]\n\nvoxel_m = 9.0\n", 3), AllOf(HasSubstr("map.voxel_m: 9 "), HasSubstr("0.001 to 1")));
+  EXPECT_THAT(refused("[map]\nbudget_mb = \"many\"\n", 2), HasSubstr("expected a whole number, 1 to 65536"));
+  EXPECT_THAT(refused("[map]\nbudget_mb = 2.5\n", 2), HasSubstr("expected a whole number"));
+  EXPECT_THAT(refused("[map]\nbudget_mb = -1\n", 2), HasSubstr("-1 is not within 1 to 65536"));
+  EXPECT_THAT(refused("[map]\nvoxel_m = \"0.02\"\n", 2), HasSubstr("expected a number"));
+  EXPECT_THAT(refused("[tracking]\nmax_features = true\n", 2), HasSubstr("expected a whole number"));
+  EXPECT_THAT(refused("[tracking]\nmax_features = 1979-05-27\n", 2), HasSubstr("expected 50 to 1000"));
   EXPECT_THAT(refused("[tracking]\nfeatures = \"sift\"\n", 2), HasSubstr("neither surf nor orb"));
   EXPECT_THAT(refused("[run]\nspeed = \"fast\"\n", 2), HasSubstr("max"));
+  EXPECT_THAT(refused("[run]\nspeed = nan\n", 2), HasSubstr("expected max or a factor"));
   EXPECT_THAT(refused("[run]\nonce = 1\n", 2), HasSubstr("true or false"));
-  EXPECT_THAT(refused("[network]\npeers = [\"a:1\", 2]\n", 2), HasSubstr("list"));
+  EXPECT_THAT(refused("[network]\npeers = [\"127.0.0.1:1\", 2]\n", 2), HasSubstr("list"));
+  EXPECT_THAT(refused("[network]\npeers = [\"a:1\"]\n", 2), HasSubstr("\"a\" is not a numeric IPv4 address"));
+  EXPECT_THAT(refused("[network]\nlisten = \"127.0.0.1\"\n", 2), HasSubstr("no port"));
+  EXPECT_THAT(refused("[robot]\nid = \"a b\"\n", 2), HasSubstr("1 to 16 characters"));
+  EXPECT_THAT(refused("[robot]\ncamera = \"teapot:x\"\n", 2), HasSubstr("known: replay, simulated"));
 }
 
-TEST_F(ConfigFile, RefusesWhatIsNotToml) { refused("[robot]\nid = \n", 2); }
-
-TEST_F(ConfigFile, CommandLineGoesOverTheFile) {
-  ASSERT_TRUE(load("[robot]\nid = \"anna\"\ncamera = \"replay:x\"\n[run]\nspeed = 2\n").ok());
-  const auto parsed = parse_daemon_options({"--config", file_.string(), "--id", "bert", "--out", "o"});
-  ASSERT_TRUE(parsed.value) << parsed.text;
-  EXPECT_EQ(parsed.value->id, "bert");
-  EXPECT_EQ(parsed.value->camera, "replay:x");
-  EXPECT_DOUBLE_EQ(parsed.value->speed.factor, 2);
+TEST_F(ConfigFile, WhatIsNotANumberIsRefusedForEveryKey) {
+  for (const ConfigKey& key : config_keys())
+    for (const char* value : {"nan", "-nan", "inf", "-inf", "1e300", "-1"})
+      EXPECT_NE(refused(fmt::format("[{}]\n{} = {}\n", key.section, key.name, value), 2), "")
+          << key.full_name() << " = " << value;
 }
 
-TEST(DaemonOptions, TakesSeveralPeersAndSpeedMax) {
-  const auto parsed = parse_daemon_options({"--camera", "replay:x", "--out", "o", "--peer", "127.0.0.1:1", "--peer",
-                                            "127.0.0.1:2", "--speed", "max", "--once"});
-  ASSERT_TRUE(parsed.value) << parsed.text;
-  EXPECT_THAT(parsed.value->peers, testing::ElementsAre("127.0.0.1:1", "127.0.0.1:2"));
-  EXPECT_TRUE(parsed.value->speed.max);
-  EXPECT_TRUE(parsed.value->once);
-  EXPECT_FALSE(parsed.value->alone());
+// What the mapper asks of values together, found at the line of the one that is wrong.
+TEST_F(ConfigFile, RefusesWhatDoesNotFitTogether) {
+  EXPECT_THAT(refused("[tracking]\nmax_keyframes = 2\n", 2), HasSubstr("2 is not within 10 to 10000"));
+  EXPECT_THAT(refused("[tracking]\nmax_keyframes = 8\n", 2), HasSubstr("8 is not within 10 to 10000"));
+  EXPECT_THAT(refused("[map]\ntruncation_m = 2.5\n", 2), HasSubstr("within 2 to 100 voxels of 0.02 m"));
+  EXPECT_THAT(refused("[map]\ntruncation_m = 0.03\n", 2), HasSubstr("within 2 to 100 voxels of 0.02 m"));
+  config_ = {};
+  const Status by_default = load("[map]\nvoxel_m = 0.05\n");
+  ASSERT_FALSE(by_default.ok());
+  EXPECT_EQ(by_default.error().place, file_) << "the truncation that does not fit is not in the file";
+  EXPECT_THAT(by_default.error().reason, HasSubstr("map.truncation_m: 0.06 is not within 2 to 100 voxels of 0.05 m"));
 }
 
-TEST(DaemonOptions, RefusesWithUsage) {
-  const std::vector<std::vector<std::string>> wrong{
-      {"--out", "o"},                                                // no camera
-      {"--camera", "replay:x"},                                      // nowhere to write
-      {"--camera", "replay:x", "--out", "o", "--speed", "0"},        // no speed
-      {"--camera", "replay:x", "--out", "o", "--speed", "1x"},       //
-      {"--camera", "replay:x", "--out", "o", "--features", "sift"},  //
-      {"--camera", "replay:x", "--out", "o", "--id", "a b"},         // no name
-      {"--camera", "replay:x", "--out", "o", "--wings"},             // unknown
-      {"--camera", "replay:x", "--out", "o", "--config", "/nonexistent/onemap.toml"},
-  };
-  for (const auto& arguments : wrong) {
-    const auto parsed = parse_daemon_options(arguments);
-    EXPECT_FALSE(parsed.value) << testing::PrintToString(arguments);
-    EXPECT_EQ(parsed.exit, Exit::usage);
-    EXPECT_FALSE(parsed.text.empty());
+TEST_F(ConfigFile, RefusesWhatIsNotToml) {
+  refused("[robot]\nid = \n", 2);
+  EXPECT_NE(refused("[robot]\nid = \"a\"\nid = \"b\"\n", 3), "") << "a key given twice";
+  EXPECT_NE(refused("[robot]\nid = \"a\"\n[map]\n[robot]\n", 4), "") << "a section given twice";
+  EXPECT_NE(refused("[robot]\nid = \"\xff\"\n", 2), "") << "not UTF-8";
+}
+
+TEST_F(ConfigFile, AFileThatCannotBeReadIsAnError) {
+  EXPECT_THAT(load_config(folder_ / "none.toml", config_).error().text(), HasSubstr("none.toml: cannot read: No such"));
+  EXPECT_THAT(load_config(folder_.path().string(), config_).error().text(), HasSubstr("cannot read: Is a directory"));
+}
+
+TEST_F(ConfigFile, TheCommentedExampleHoldsEveryKeyWithItsDefault) {
+  const std::string example = config_text({});
+  ASSERT_TRUE(load(example).ok());
+  EXPECT_EQ(config_text(config_), example) << "read back, every key has its default";
+  std::size_t at = 0;
+  for (const ConfigKey& key : config_keys()) {
+    EXPECT_GE(key.text.size(), 12u) << key.full_name();
+    EXPECT_FALSE(key.values.empty()) << key.full_name();
+    const std::string entry = fmt::format("# {}\n#   {}\n{} = ", key.text, key.values, key.name);
+    const std::size_t found = example.find(entry, at);
+    EXPECT_NE(found, std::string::npos) << key.full_name();
+    at = found == std::string::npos ? at : found;
   }
 }
 
-TEST(DaemonOptions, HelpNamesCamerasAndExitStatus) {
-  const auto parsed = parse_daemon_options({"--help"});
-  EXPECT_FALSE(parsed.value);
-  EXPECT_EQ(parsed.exit, Exit::done);
-  EXPECT_THAT(parsed.text, AllOf(HasSubstr("replay:DIR"), HasSubstr("simulated:"), HasSubstr("Exit status"),
-                                 HasSubstr("--peer"), HasSubstr("--once")));
+TEST_F(ConfigFile, TheExampleCarriesEveryValue) {
+  Config all;
+  all.id = "anna";
+  all.camera = "replay:a\\b \"c\" \t\x7f";
+  all.out = "o";
+  all.listen = "[::]:4600";
+  all.peers = {"10.0.0.2:1", "[fd00::2]:2"};
+  all.bytes_per_second = 123456;
+  all.store_budget_bytes = 3u << 20;
+  all.once = true;
+  all.speed = {true, 1};
+  all.linger_s = 0.125;
+  all.merge_while_mapping_s = 1e6;
+  all.lost_after_s = 77;
+  all.peer_wait_s = 0;
+  all.matches_picture = 9;
+  all.mapper.features = mapping::DescriptorKind::orb;
+  all.mapper.max_features = 51;
+  all.mapper.max_keyframes = 11;
+  all.mapper.keyframe_translation_m = 0.2;
+  all.mapper.keyframe_rotation_deg = 3;
+  all.mapper.min_motion_m = 0.5;
+  all.mapper.min_motion_deg = 0.7;
+  all.mapper.seed = INT64_MAX;
+  all.mapper.map.voxel_m = 0.003f;
+  all.mapper.map.truncation_m = 0.1f;
+  all.mapper.map.max_depth_m = 7.3f;
+  all.mapper.map.budget_bytes = 5u << 20;
+  all.global_budget_bytes = 6u << 20;
+  ASSERT_TRUE(load(config_text(all)).ok()) << load(config_text(all)).error().text();
+  EXPECT_EQ(config_text(config_), config_text(all));
+  for (const ConfigKey& key : config_keys())
+    EXPECT_NE(key.get(config_), key.get(Config())) << key.full_name() << " was not carried";
+  EXPECT_EQ(config_.mapper.map.voxel_m, all.mapper.map.voxel_m) << "bit for bit";
+}
+
+// What is printed as accepted is what is accepted.
+TEST_F(ConfigFile, TheBoundsOfEveryNumberAreThoseThatArePrinted) {
+  int numbers = 0;
+  for (const ConfigKey& key : config_keys()) {
+    const ConfigValue known = key.get(Config());
+    if (!std::holds_alternative<std::int64_t>(known) && !std::holds_alternative<double>(known)) continue;
+    if (key.name == "speed") continue;
+    ++numbers;
+    const bool whole = std::holds_alternative<std::int64_t>(known);
+    const auto number = [whole](const std::string& text) -> ConfigValue {
+      if (whole) return std::int64_t{std::stoll(text)};
+      return std::stod(text);
+    };
+    const std::size_t to = key.values.find(" to ");
+    ASSERT_NE(to, std::string::npos) << key.full_name();
+    const std::string least = key.values.substr(0, to), most = key.values.substr(to + 4);
+    Config config;
+    for (const std::string& bound : {least, most}) {
+      EXPECT_TRUE(key.set(number(bound), config).ok()) << key.full_name() << " = " << bound;
+      EXPECT_EQ(std::stod(toml_text(key.get(config))), std::stod(bound)) << key.full_name();
+    }
+    if (whole) {
+      EXPECT_FALSE(key.set(std::int64_t{std::stoll(least) - 1}, config).ok()) << key.full_name();
+      if (most != std::to_string(INT64_MAX)) {
+        EXPECT_FALSE(key.set(std::int64_t{std::stoll(most) + 1}, config).ok()) << key.full_name();
+      }
+    } else {
+      EXPECT_FALSE(key.set(std::stod(least) - 1e-3, config).ok()) << key.full_name();
+      EXPECT_FALSE(key.set(std::stod(most) * 1.001, config).ok()) << key.full_name();
+    }
+  }
+  EXPECT_GE(numbers, 18);
+}
+
+TEST(CheckConfig, AsksForWhatADaemonCannotDoWithout) {
+  Config config;
+  config.id = "a";
+  EXPECT_THAT(check_config(config).error().text(), HasSubstr("--camera ADDRESS"));
+  config.camera = "replay:x";
+  EXPECT_THAT(check_config(config).error().text(), HasSubstr("--out OUT"));
+  config.out = "o";
+  EXPECT_TRUE(check_config(config).ok());
+  config.id = "../a";
+  EXPECT_THAT(check_config(config).error().text(), HasSubstr("'../a'"));
+}
+
+TEST(CheckConfig, AsksTheMapper) {
+  Config config;
+  config.id = "a";
+  config.camera = "replay:x";
+  config.out = "o";
+  config.mapper.map.voxel_m = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(check_config(config).error().place, "map.voxel_m");
+  config.mapper.map.voxel_m = 0.02f;
+  config.mapper.max_keyframes = 8;
+  EXPECT_EQ(check_config(config).error().place, "tracking.max_keyframes");
+}
+
+TEST(CheckCamera, AsksWhetherTheMapperCanWorkWithIt) {
+  Config config;
+  EXPECT_TRUE(check_camera(config, {}).ok());
+  config.mapper.map.budget_bytes = 1u << 20;
+  EXPECT_EQ(check_camera(config, {}).error().place, "map.budget_mb");
+  hal::Intrinsics camera;
+  camera.fx = 1e300;
+  EXPECT_EQ(check_camera(Config(), camera).error().place, "camera.fx");
+}
+
+TEST(IdFromHost, IsAlwaysAValidId) {
+  EXPECT_EQ(id_from_host("kitchen-robot"), "kitchen-robot");
+  EXPECT_EQ(id_from_host("Kitchen.lan"), "Kitchen.lan");
+  EXPECT_EQ(id_from_host("a_rather_long_host_name"), "a_rather_long_ho");
+  EXPECT_EQ(id_from_host("b\xC3\xA4r/1 2"), "b--r-1-2");
+  EXPECT_EQ(id_from_host(".hidden"), "-hidden");
+  EXPECT_EQ(id_from_host(""), "robot");
+  EXPECT_FALSE(host_name().empty());
 }
 
 }  // namespace

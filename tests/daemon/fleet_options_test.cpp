@@ -43,6 +43,17 @@ TEST(FleetOptions, RefusesWithUsage) {
       {"--simulate", "2", "--graph", "1-3", "--out", "o"},       // no such robot
       {"--simulate", "2", "--loss", "2", "--out", "o"},          //
       {"--simulate", "2", "--speed", "slow", "--out", "o"},      //
+      {"--simulate", "2", "--delay", "nan", "--out", "o"},       // no number
+      {"--simulate", "2", "--delay", "-1", "--out", "o"},        //
+      {"--simulate", "2", "--delay", "1e9", "--out", "o"},       //
+      {"--simulate", "2", "--timeout", "nan", "--out", "o"},     //
+      {"--simulate", "2", "--timeout", "inf", "--out", "o"},     //
+      {"--simulate", "2", "--seed", "-1", "--out", "o"},         //
+      {"--simulate", "2", "--frames", "nan", "--out", "o"},      //
+      {"--simulate", "2", "--scene", "attic", "--out", "o"},     // no such room
+      {"--simulate", "2", "--config", "/tmp", "--out", "o"},     // no file
+      {"--robot", "teapot:x", "--out", "o"},                     // no such backend
+      {"--robot", "simulated:office?legs=4", "--out", "o"},      //
       {"--robot", "replay:a", "--frames", "3", "--out", "o"},    // frames belong to --simulate
       {"--simulate", "0", "--out", "o"},                         //
   };

@@ -46,5 +46,12 @@ TEST(Worker, AGoodEndIsNoFailure) {
   EXPECT_EQ(failures.first(), "");
 }
 
+TEST(Guarded, AnExceptionBecomesAnErrorOfItsPlace) {
+  EXPECT_TRUE(guarded("report", [] { return success(); }));
+  const Status failed = guarded("report", []() -> Status { throw std::bad_alloc(); });
+  ASSERT_FALSE(failed);
+  EXPECT_EQ(failed.error().text(), "report: out of memory");
+}
+
 }  // namespace
 }  // namespace onemap::daemon

@@ -276,18 +276,21 @@ TEST_F(AgainstTheJudge, AgreesOnARecordedTruth) {
   compare(folder_ / "estimate.txt " + truth);
 }
 
-TEST(OnemapEval, BadInputEndsWithStatus2) {
+TEST(OnemapEval, BadOptionsEndWithTwoAndBadFilesWithOne) {
   const test::TempFolder folder;
   folder.write("good.txt", to_tum(curve(30, 10, 0)));
   folder.write("bad.txt", "1 0 0 0 0 0 0 1\n1 2 3\n");
   const std::string good = folder / "good.txt ", bad = folder / "bad.txt ";
   EXPECT_EQ(run(kProgram + good + good).status, 0);
   const Output named = run(kProgram + good + bad);
-  EXPECT_EQ(named.status, 2);
+  EXPECT_EQ(named.status, 1);
   EXPECT_THAT(named.text, HasSubstr("bad.txt:2: 3 values where 8 are expected"));
-  for (const std::string& arguments : {std::string(), good, good + "/nowhere", good + good + "--rpe 0",
-                                       good + good + "--max-dt -1", good + good + "--fast", good + "/tmp"})
+  for (const std::string& arguments :
+       {std::string(), good, good + good + "--rpe 0", good + good + "--rpe nan", good + good + "--max-dt -1",
+        good + good + "--max-dt nan", good + good + "--max-dt inf", good + good + "--fast"})
     EXPECT_EQ(run(kProgram + arguments).status, 2) << arguments;
+  for (const std::string& arguments : {good + "/nowhere", good + "/tmp"})
+    EXPECT_EQ(run(kProgram + arguments).status, 1) << arguments;
   const Output help = run(kProgram + "--help");
   EXPECT_EQ(help.status, 0);
   EXPECT_THAT(help.text, testing::AllOf(HasSubstr("EST GT"), HasSubstr("--max-dt"), HasSubstr("--json")));

@@ -59,5 +59,53 @@ TEST(OpenCamera, ChoosesTheBackendOrNamesTheKnownOnes) {
   EXPECT_THAT(open_camera(table, "p").error().text(), HasSubstr("expected BACKEND:PLACE"));
 }
 
+TEST(CheckAddress, AsksTheBackendAndOpensNothing) {
+  const Backend table[] = {{"strict", "",
+                            [](const CameraAddress&) -> Result<std::unique_ptr<DepthCamera>> {
+                              ADD_FAILURE() << "opened";
+                              return Error{"", ""};
+                            },
+                            [](const CameraAddress& a) -> Status {
+                              return a.options.empty() ? success() : Error{"strict", "options"};
+                            }}};
+  EXPECT_TRUE(check_address(table, "strict:p").ok());
+  EXPECT_EQ(check_address(table, "strict:p?a=1").error().text(), "strict: options");
+  EXPECT_THAT(check_address(table, "other:p").error().text(), HasSubstr("no backend 'other'; known: strict"));
+  EXPECT_THAT(check_address(table, "p").error().text(), HasSubstr("expected BACKEND:PLACE"));
+}
+
+Result<std::unique_ptr<DepthCamera>> tell_place(const CameraAddress& a) {
+  return Error{a.text, std::to_string(a.clock_offset.count())};
+}
+
+TEST(OpenCamera, HandsTheClockOffsetOn) {
+  const Backend table[] = {{"one", "", tell_place}};
+  EXPECT_EQ(open_camera(table, "one:p", Duration(42)).error().text(), "one:p: 42");
+  EXPECT_EQ(open_camera(table, "one:p").error().text(), "one:p: 0");
+}
+
+TEST(OpenCamera, AutoIsTheFirstUsableCameraInTheTablesOrder) {
+  const auto broken = [] { return std::vector<CameraInfo>{{"one:a", "an old one", "", "no permission"}}; };
+  const auto good = [] {
+    return std::vector<CameraInfo>{{"two:b", "the best", "30 Hz", ""}, {"two:c", "a second", "30 Hz", ""}};
+  };
+  const Backend table[] = {
+      {"named", "", tell_place}, {"one", "", tell_place, nullptr, broken}, {"two", "", tell_place, nullptr, good}};
+  EXPECT_EQ(open_camera(table, "auto", Duration(7)).error().text(), "two:b: 7");
+  const std::vector<CameraInfo> all = list_cameras(table);
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_EQ(all[0].problem, "no permission");
+  EXPECT_EQ(all[2].address, "two:c");
+}
+
+TEST(OpenCamera, AutoSaysWhyNothingCanBeUsed) {
+  const auto broken = [] { return std::vector<CameraInfo>{{"one:a", "an old one", "", "no permission"}}; };
+  const Backend table[] = {{"named", "", tell_place}, {"one", "", tell_place, nullptr, broken}};
+  EXPECT_EQ(open_camera(table, "auto").error().text(),
+            "camera address 'auto': no usable camera on this machine; one:a (an old one): no permission");
+  EXPECT_EQ(open_camera(std::span(table).first(1), "auto").error().text(),
+            "camera address 'auto': no usable camera on this machine");
+}
+
 }  // namespace
 }  // namespace onemap::hal

@@ -6,6 +6,7 @@
 #include <optional>
 #include <thread>
 #include <type_traits>
+#include <vector>
 
 namespace onemap::hal {
 namespace {
@@ -50,7 +51,8 @@ TEST(FramePool, MovingHandsTheLoanOver) {
   FramePool pool(small(), 2);
   Frame a = pool.acquire();
   a.index = 7;
-  a.time = frame_time_from_ns(9);
+  a.colour_time = frame_time_from_ns(9);
+  a.depth_time = frame_time_from_ns(8);
   Frame b = std::move(a);
   EXPECT_FALSE(a);  // NOLINT(bugprone-use-after-move): a moved-from frame is empty
   EXPECT_EQ(b.index, 7u);
@@ -58,7 +60,8 @@ TEST(FramePool, MovingHandsTheLoanOver) {
   EXPECT_EQ(pool.used(), 2u);
   c = std::move(b);  // gives its own slot back
   EXPECT_EQ(pool.used(), 1u);
-  EXPECT_EQ(c.time, frame_time_from_ns(9));
+  EXPECT_EQ(c.colour_time, frame_time_from_ns(9));
+  EXPECT_EQ(c.depth_time, frame_time_from_ns(8));
   c = Frame{};
   EXPECT_EQ(pool.used(), 0u);
 }
@@ -67,14 +70,42 @@ TEST(FramePool, TheViewShowsTheFrame) {
   FramePool pool(small(), 1);
   Frame frame = pool.acquire();
   frame.index = 3;
-  frame.time = frame_time_from_ns(5);
+  frame.colour_time = frame_time_from_ns(5);
+  frame.depth_time = frame_time_from_ns(6);
   frame.depth()[23] = 77;
   const FrameView view = frame.view();
   EXPECT_EQ(view.index, 3u);
-  EXPECT_EQ(view.time, frame_time_from_ns(5));
+  EXPECT_EQ(view.colour_time, frame_time_from_ns(5));
+  EXPECT_EQ(view.depth_time, frame_time_from_ns(6));
   EXPECT_EQ(view.depth[23], 77);
   EXPECT_EQ(view.rgb.data(), frame.rgb().data());
   EXPECT_EQ(view.intrinsics, &pool.intrinsics());
+}
+
+TEST(FramePool, BorrowedDepthIsShownAndGivenBackOnce) {
+  FramePool pool(small(), 2);
+  const auto returned = std::make_shared<std::vector<std::uint32_t>>();
+  const std::vector<std::uint16_t> device(24, 9);
+  const auto loan = [&](std::uint32_t buffer) {
+    return DepthLoan{device, returned,
+                     [](void* to, std::uint32_t b) { static_cast<std::vector<std::uint32_t>*>(to)->push_back(b); },
+                     buffer};
+  };
+  {
+    Frame frame = pool.acquire();
+    frame.borrow(loan(4));
+    EXPECT_EQ(frame.view().depth.data(), device.data());
+    Frame other = std::move(frame);
+    EXPECT_EQ(other.view().depth.data(), device.data());
+    EXPECT_TRUE(returned->empty());
+    other.borrow(loan(5));
+    EXPECT_EQ(*returned, std::vector<std::uint32_t>({4}));
+    other.return_loan();
+    EXPECT_EQ(other.view().depth.data(), other.depth().data());
+    other.borrow(loan(6));
+  }
+  EXPECT_EQ(*returned, std::vector<std::uint32_t>({4, 5, 6}));
+  EXPECT_EQ(returned.use_count(), 1);
 }
 
 TEST(FramePool, AcquireWaitsForAReturn) {

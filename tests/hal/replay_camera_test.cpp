@@ -66,7 +66,7 @@ class ReplayCameraTest : public testing::Test {
   }
 
   struct Played {
-    std::vector<FrameTime> times;
+    std::vector<FrameTime> times, depth_times;
     std::vector<std::uint64_t> indices;
     std::vector<std::string> errors;
     std::vector<int> seeds;  // of the pictures, read back from the first pixel
@@ -79,7 +79,8 @@ class ReplayCameraTest : public testing::Test {
       if (grab == Grab::end) break;
       if (grab == Grab::bad) played.errors.push_back(camera_->last_error().text());
       if (grab != Grab::frame) continue;
-      played.times.push_back(frame.time);
+      played.times.push_back(frame.colour_time);
+      played.depth_times.push_back(frame.depth_time);
       played.indices.push_back(frame.index);
       played.seeds.push_back(frame.rgb()[0]);
       EXPECT_TRUE(std::ranges::equal(frame.rgb(), test::picture(kWidth, kHeight, frame.rgb()[0])));
@@ -112,7 +113,10 @@ TEST_F(ReplayCameraTest, PlaysATumSequence) {
   EXPECT_THAT(played.errors, testing::IsEmpty());
   EXPECT_THAT(played.seeds, testing::ElementsAre(0, 1, 2));
   EXPECT_THAT(played.indices, testing::ElementsAre(0u, 1u, 2u));
-  EXPECT_EQ(played.times[2], frame_time_from_ns(2'100'000'000));  // the colour time
+  EXPECT_EQ(played.times[2], frame_time_from_ns(2'100'000'000));
+  EXPECT_EQ(played.depth_times[2], frame_time_from_ns(2'104'000'000));
+  EXPECT_FALSE(camera_->live());
+  EXPECT_EQ(camera_->depth_noise(), DepthNoise{});
   EXPECT_EQ(camera_->counters().unmatched, 0u);
 }
 
@@ -228,7 +232,7 @@ TEST_F(ReplayCameraTest, OptionsGoOverTheCalibration) {
   EXPECT_EQ(camera_->intrinsics().fy, 21);
   EXPECT_EQ(camera_->intrinsics().depth_scale, 1000);
   std::filesystem::remove(folder_ / "calibration.txt");
-  open("?fx=1&fy=2&cx=3&cy=4");
+  open("?fx=10&fy=12&cx=3&cy=4");
   EXPECT_EQ(camera_->intrinsics().cy, 4);
   EXPECT_THAT(open_error("?fx=1&fy=2"), testing::AllOf(HasSubstr("lacks cx cy"), HasSubstr("calibration.txt")));
   EXPECT_THAT(open_error(), HasSubstr("lacks fx fy cx cy"));
@@ -240,6 +244,22 @@ TEST_F(ReplayCameraTest, ABadCalibrationStopsWithItsLine) {
   write_tum(1);
   folder_.write("calibration.txt", "fx 1\nfocus 3\n");
   EXPECT_THAT(open_error(), HasSubstr(folder_ / "calibration.txt" + ":2: unknown key 'focus'"));
+}
+
+TEST_F(ReplayCameraTest, ACalibrationOfOtherImagesStopsWithItsLine) {
+  write_tum(1);  // 16x12
+  const std::string file = folder_ / "calibration.txt";
+  const std::pair<const char*, const char*> cases[] = {
+      {"fx 20\nfy 21\ncx 319.5\ncy 6\n", ":3: cx: 319.5 is not within -0.5 to 15.5, for images of 16x12"},
+      {"fx 20\nfy 21\ncx 8\n\ncy 12\n", ":5: cy: 12 is not within -0.5 to 11.5"},
+      {"fx 525\nfy 21\ncx 8\ncy 6\n", ":1: fx: 525 is not within 1.6 to 320"},
+      {"fx 20\nfy 1.5\ncx 8\ncy 6\n", ":2: fy: 1.5 is not within"}};
+  for (const auto& [text, expected] : cases) {
+    folder_.write("calibration.txt", text);
+    EXPECT_THAT(open_error(), HasSubstr(file + expected));
+  }
+  folder_.write("calibration.txt", kCalibration);
+  EXPECT_THAT(open_error("?cx=99"), testing::AllOf(HasSubstr("?cx=99"), HasSubstr("cx: 99 is not within")));
 }
 
 TEST_F(ReplayCameraTest, PlaysSevenScenes) {

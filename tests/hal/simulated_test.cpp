@@ -41,7 +41,7 @@ std::vector<Picture> take(DepthCamera& camera, const std::set<std::uint64_t>& wa
   for (std::uint64_t i = 0; i <= *wanted.rbegin(); ++i) {
     EXPECT_EQ(camera.grab(frame, std::chrono::milliseconds(0)), Grab::frame);
     if (!wanted.contains(i)) continue;
-    out.push_back({frame.time, frame.index, {}, {}});
+    out.push_back({frame.colour_time, frame.index, {}, {}});
     out.back().rgb.assign(frame.rgb().begin(), frame.rgb().end());
     out.back().depth.assign(frame.depth().begin(), frame.depth().end());
   }

@@ -48,7 +48,7 @@ TEST(Icp, FindsTheMotionInARoomOfPlanes) {
       EXPECT_EQ(result.reason, IcpReason::converged);
       EXPECT_GT(result.inliers, 500);
       EXPECT_LT((result.T_target_source.t - motion.t).norm(), noisy ? 0.005 : 0.002);
-      EXPECT_LT(rotation_angle(result.T_target_source.R.transpose() * motion.R), noisy ? 0.0025 : 0.001);
+      EXPECT_LT(test::rotation_angle(result.T_target_source.R.transpose() * motion.R), noisy ? 0.0025 : 0.001);
       EXPECT_LT(result.error_m, noisy ? 0.012 : 0.008);
       EXPECT_LT(result.gradient.norm(), 1e-3 * result.information.norm());
     }
@@ -114,7 +114,7 @@ TEST(Icp, RecordedPairsAreWithinGicpsErrors) {
       const IcpResult result = Icp({}).align(target, downsampled(source, 0.05f, 5), Pose{});
       const Pose error = (a.inverse() * b).inverse() * result.T_target_source;
       translation_m.push_back(error.t.norm());
-      rotation_deg.push_back(rotation_angle(error.R) * 57.29578);
+      rotation_deg.push_back(test::rotation_angle(error.R) * 57.29578);
     }
     const auto median = [](std::vector<double>& v) {
       std::sort(v.begin(), v.end());

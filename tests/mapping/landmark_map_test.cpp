@@ -19,7 +19,7 @@ void see(LandmarkMap& map, std::size_t slot, const std::vector<std::int32_t>& id
   k.features.set.keypoints.resize(ids.size());
   k.features.set.descriptors.resize(ids.size());
   k.features.ray.resize(ids.size());
-  k.features.depth_m.resize(ids.size());
+  k.features.point.assign(ids.size(), Vector3d::Zero());
   for (const std::int32_t id : ids) ++map.landmark(id).observations;
 }
 
@@ -139,11 +139,11 @@ struct SearchScene {
       frame.set.keypoints.push_back(keypoint);
       frame.set.descriptors.push_back(descriptor);
       frame.ray.emplace_back((u - k.cx) / k.fx, (v - k.cy) / k.fy);
-      frame.depth_m.push_back(z);
+      frame.point.emplace_back(frame.ray.back().x() * z, frame.ray.back().y() * z, z);
       frame.landmark.push_back(-1);
       ids.push_back(map.add_landmark());
       Landmark& l = map.landmark(ids.back());
-      l.p_world = frame.point(static_cast<std::size_t>(i));
+      l.p_robot = frame.point.back();
       l.descriptor = descriptor;
       l.used = true;
     }
@@ -166,7 +166,7 @@ TEST(GuidedSearch, LooksNoFartherThanItsRadiusNorBehindTheSurface) {
   SearchScene far;
   EXPECT_EQ(far.search.find(far.map, far.ids, {Matrix3d::Identity(), {0.2, 0, 0}}, {}, far.frame), 0) << "52 px away";
   SearchScene deep;
-  for (double& z : deep.frame.depth_m) z = 1;
+  for (Vector3d& p : deep.frame.point) p *= 0.5;
   EXPECT_EQ(deep.search.find(deep.map, deep.ids, Pose{}, {}, deep.frame), 0);
 }
 

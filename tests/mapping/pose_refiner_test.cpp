@@ -4,6 +4,8 @@
 
 #include <vector>
 
+#include "support/poses.hpp"
+
 namespace onemap::mapping {
 namespace {
 
@@ -20,15 +22,15 @@ double uniform(std::uint64_t& state, double low, double high) {
   return low + (high - low) * static_cast<double>(state >> 11) / static_cast<double>(1ull << 53);
 }
 
-// Points 1 to 4 m in front of a camera at T_camera_world, seen exactly.
-std::vector<PoseObservation> scene(const Pose& T_camera_world, int count, bool with_depth) {
+// Points 1 to 4 m in front of a camera at T_camera_robot, seen exactly.
+std::vector<PoseObservation> scene(const Pose& T_camera_robot, int count, bool with_depth) {
   std::uint64_t state = 7;
   std::vector<PoseObservation> out;
   for (int i = 0; i < count; ++i) {
     const double z = uniform(state, 1, 4);
     const Vector3d p(uniform(state, -0.5, 0.5) * z, uniform(state, -0.4, 0.4) * z, z);
     PoseObservation o;
-    o.p_world = T_camera_world.inverse() * p;
+    o.p_robot = T_camera_robot.inverse() * p;
     o.o.ray = {p.x() / z, p.y() / z};
     o.o.inverse_depth = with_depth ? 1 / z : 0;
     out.push_back(o);
@@ -38,7 +40,7 @@ std::vector<PoseObservation> scene(const Pose& T_camera_world, int count, bool w
 
 double distance(const Pose& a, const Pose& b) {
   const Pose d = a.inverse() * b;
-  return d.t.norm() + rotation_angle(d.R);
+  return d.t.norm() + test::rotation_angle(d.R);
 }
 
 TEST(RefinePose, FindsTheExactPoseFromExactObservations) {
@@ -68,7 +70,7 @@ TEST(RefinePose, AStrongPriorDecidesAndAWeakOneDoesNot) {
   for (const double weight : {1e12, 1e-6}) {
     auto observations = scene(truth, 60, true);
     PosePrior prior;
-    prior.T_camera_world = elsewhere;
+    prior.T_camera_robot = elsewhere;
     prior.information = Eigen::Matrix<double, 6, 6>::Identity() * weight;
     Pose T = truth;
     refine_pose(observations, kFocal_px, &prior, T);

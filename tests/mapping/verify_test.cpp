@@ -4,6 +4,8 @@
 
 #include "hal/backends/simulated.hpp"
 #include "mapping/local/local_mapper.hpp"
+#include "support/poses.hpp"
+#include "team/verify_clouds.hpp"
 
 namespace onemap::mapping {
 namespace {
@@ -38,6 +40,11 @@ Explorer explore(const std::string& address_text) {
   return out;
 }
 
+// One pair of keyframes as the verifier looks at it.
+PairResult closely(const KeyframeRecord& r, const KeyframeRecord& s) {
+  return verify_clouds(unpack(r), unpack(s), VerifyConfig{}).result;
+}
+
 const RobotId kA = RobotId::from_name("a"), kB = RobotId::from_name("b");
 
 TEST(VerifyRobots, TwoRobotsInOneRoomAreRelatedAsTheyAre) {
@@ -48,7 +55,7 @@ TEST(VerifyRobots, TwoRobotsInOneRoomAreRelatedAsTheyAre) {
   EXPECT_GE(link.supporting_pairs, 2u);
   const Pose truth = a.T_world_first.inverse() * b.T_world_first, off = truth.inverse() * from_quantized(link.T_a_b);
   EXPECT_LT(off.t.norm(), 0.04);
-  EXPECT_LT(rotation_angle(off.R), 0.02);
+  EXPECT_LT(test::rotation_angle(off.R), 0.02);
 }
 
 TEST(VerifyRobots, RobotsInDifferentPlacesAreRefusedWithAReason) {
@@ -65,13 +72,13 @@ TEST(VerifyRobots, LookAlikeDoorsOfDifferentCorridorsAreRefused) {
 }
 
 // Matching features are not enough: here the second cloud's depth says that the first looked through a wall.
-TEST(VerifyPair, ConflictWithSpaceSeenFreeIsRefused) {
+TEST(VerifyClouds, ConflictWithSpaceSeenFreeIsRefused) {
   const Explorer a = explore("simulated:living-room?robot=1&frames=5");
   KeyframeRecord nearer = a.keyframes[0];
   for (std::size_t i = 0; i < nearer.grid.depth.size(); i += 2)
     nearer.grid.depth[i] = static_cast<std::uint16_t>(nearer.grid.depth[i] / 2);
-  EXPECT_EQ(verify_pair(a.keyframes[0], a.keyframes[0], {}).reason, LinkReason::accepted);
-  EXPECT_NE(verify_pair(a.keyframes[0], nearer, {}).reason, LinkReason::accepted);
+  EXPECT_EQ(closely(a.keyframes[0], a.keyframes[0]).reason, LinkReason::accepted);
+  EXPECT_NE(closely(a.keyframes[0], nearer).reason, LinkReason::accepted);
 }
 
 TEST(VerifyRobots, SameInputGivesTheSameBytes) {
@@ -80,19 +87,19 @@ TEST(VerifyRobots, SameInputGivesTheSameBytes) {
             encode(verify_robots(kA, a.keyframes, kB, b.keyframes, {})));
 }
 
-TEST(VerifyPair, AKeyframeMatchesItself) {
+TEST(VerifyClouds, AKeyframeMatchesItself) {
   const Explorer a = explore("simulated:living-room?robot=1&frames=10");
-  const PairResult r = verify_pair(a.keyframes[0], a.keyframes[0], {});
+  const PairResult r = closely(a.keyframes[0], a.keyframes[0]);
   EXPECT_EQ(r.reason, LinkReason::accepted);
   EXPECT_LT(r.T_r_s.t.norm(), 1e-3);
   EXPECT_GT(r.ratio, 0.9);
 }
 
-TEST(VerifyPair, NothingInCommonIsTooFewMatches) {
+TEST(VerifyClouds, NothingInCommonIsTooFewMatches) {
   const Explorer a = explore("simulated:living-room?robot=1&frames=5");
   KeyframeRecord empty = a.keyframes[0];
   empty.features.clear();
-  EXPECT_EQ(verify_pair(a.keyframes[0], empty, {}).reason, LinkReason::too_few_matches);
+  EXPECT_EQ(closely(a.keyframes[0], empty).reason, LinkReason::too_few_matches);
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ double median_residual(const std::vector<Vector3d>& points, const Posed& frame, 
 // A frame's own points in the world, every fourth pixel.
 std::vector<Vector3d> points_of(const Posed& frame, const RayTable& rays, double depth_scale) {
   std::vector<Vector3f> camera(frame.depth.size());
-  camera.resize(to_points(frame.depth, rays, depth_scale, 4, camera));
+  camera.resize(to_points(frame.depth, rays, depth_scale, {.stride = 4}, camera));
   std::vector<Vector3d> out;
   for (const Vector3f& p : camera) out.push_back(frame.T_world_camera * Vector3d(p.cast<double>()));
   return out;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "support/poses.hpp"
+
 namespace onemap::mapping {
 namespace {
 
@@ -29,13 +31,13 @@ struct Scene {
       truth.emplace_back(uniform(state, -0.5, 0.5) * z, uniform(state, -0.4, 0.4) * z, z);
       ids.push_back(map.add_landmark());
       map.landmark(ids[j]).observations = static_cast<std::uint16_t>(keyframes);
-      map.landmark(ids[j]).p_world =
+      map.landmark(ids[j]).p_robot =
           truth[j] + Vector3d(uniform(state, -0.02, 0.02), uniform(state, -0.02, 0.02), uniform(state, -0.02, 0.02));
     }
     for (std::size_t i = 0; i < keyframes; ++i) {
       MapKeyframe& k = map.keyframe(i);
       k.used = true;
-      k.T_camera_world = true_pose(i);
+      k.T_camera_robot = true_pose(i);
       for (std::size_t j = 0; j < kPoints; ++j) {
         const Vector3d p = true_pose(i) * truth[j];
         Keypoint keypoint;
@@ -43,7 +45,7 @@ struct Scene {
         k.features.set.keypoints.push_back(keypoint);
         k.features.set.descriptors.emplace_back();
         k.features.ray.emplace_back(p.x() / p.z(), p.y() / p.z());
-        k.features.depth_m.push_back(p.z());
+        k.features.point.push_back(p);
         k.features.landmark.push_back(ids[j]);
       }
       slots.push_back(i);
@@ -52,20 +54,20 @@ struct Scene {
   void disturb(std::size_t i) {
     Vector6d wv;
     wv << 0.01, -0.008, 0.005, 0.02, -0.01, 0.015;
-    map.keyframe(i).T_camera_world = small_motion(wv) * map.keyframe(i).T_camera_world;
+    map.keyframe(i).T_camera_robot = small_motion(wv) * map.keyframe(i).T_camera_robot;
   }
   double worst_pose() const {
     double worst = 0;
     for (const std::size_t i : slots) {
-      const Pose d = true_pose(i).inverse() * map.keyframe(i).T_camera_world;
-      worst = std::max(worst, d.t.norm() + rotation_angle(d.R));
+      const Pose d = true_pose(i).inverse() * map.keyframe(i).T_camera_robot;
+      worst = std::max(worst, d.t.norm() + test::rotation_angle(d.R));
     }
     return worst;
   }
   double worst_point() const {
     double worst = 0;
     for (std::size_t j = 0; j < kPoints; ++j)
-      if (map.landmark(ids[j]).used) worst = std::max(worst, (map.landmark(ids[j]).p_world - truth[j]).norm());
+      if (map.landmark(ids[j]).used) worst = std::max(worst, (map.landmark(ids[j]).p_robot - truth[j]).norm());
     return worst;
   }
   LandmarkMap map;
@@ -90,7 +92,7 @@ TEST(WindowAdjuster, KeyframesOutsideTheWindowHoldItInPlace) {
   const std::array<std::size_t, 3> window{3, 4, 5};
   for (int i = 0; i < 5; ++i) adjuster.adjust(scene.map, window, kFocal_px);
   EXPECT_LT(scene.worst_pose(), 1e-3);
-  EXPECT_EQ(scene.map.keyframe(1).T_camera_world.t, true_pose(1).t) << "a keyframe outside the window must not move";
+  EXPECT_EQ(scene.map.keyframe(1).T_camera_robot.t, true_pose(1).t) << "a keyframe outside the window must not move";
 }
 
 TEST(WindowAdjuster, WrongObservationsAreUnlinked) {
@@ -109,7 +111,7 @@ TEST(WindowAdjuster, SameInputGivesTheSameBits) {
   b.disturb(2);
   one.adjust(a.map, a.slots, kFocal_px);
   two.adjust(b.map, b.slots, kFocal_px);
-  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(a.map.keyframe(i).T_camera_world.t, b.map.keyframe(i).T_camera_world.t);
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(a.map.keyframe(i).T_camera_robot.t, b.map.keyframe(i).T_camera_robot.t);
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 #include "render/file.hpp"
 #include "render/gltf_writer.hpp"
 #include "room_scene.hpp"
-#include "temporary_folder.hpp"
+#include "temp_folder.hpp"
 
 namespace onemap::render {
 namespace {
@@ -33,7 +33,7 @@ void expect_same_poses(const std::vector<mapping::Pose>& a, const std::vector<ma
 }
 
 TEST(Gltf, a_scene_comes_back_as_written) {
-  const test::TemporaryFolder folder;
+  const test::TempFolder folder;
   const Scene scene = test::room_scene();
   ASSERT_TRUE(write_glb(folder / "room.glb", scene).ok());
   const auto back = read_glb(folder / "room.glb");
@@ -53,7 +53,7 @@ TEST(Gltf, a_scene_comes_back_as_written) {
 }
 
 TEST(Gltf, all_colours_survive) {
-  const test::TemporaryFolder folder;
+  const test::TempFolder folder;
   Scene scene;
   for (int i = 0; i < 256; ++i) {
     scene.points.points.emplace_back(static_cast<float>(i), 0.0f, 0.0f);
@@ -77,7 +77,7 @@ nlohmann::json json_of(const std::vector<std::uint8_t>& glb) {
 }
 
 TEST(Gltf, nodes_have_the_documented_names_and_stand_upright) {
-  const test::TemporaryFolder folder;
+  const test::TempFolder folder;
   ASSERT_TRUE(write_glb(folder / "room.glb", test::room_scene()).ok());
   const auto json = json_of(*read_file(folder / "room.glb"));
   const auto& root = json["nodes"][json["scenes"][0]["nodes"][0].get<std::size_t>()];
@@ -96,7 +96,7 @@ TEST(Gltf, nodes_have_the_documented_names_and_stand_upright) {
 }
 
 TEST(Gltf, the_same_scene_gives_the_same_bytes) {
-  const test::TemporaryFolder folder;
+  const test::TempFolder folder;
   ASSERT_TRUE(write_glb(folder / "a.glb", test::room_scene()).ok());
   ASSERT_TRUE(write_glb(folder / "b.glb", test::room_scene()).ok());
   EXPECT_EQ(*read_file(folder / "a.glb"), *read_file(folder / "b.glb"));
@@ -121,7 +121,7 @@ TEST(Gltf, refuses_points_that_are_nowhere_and_torn_maps) {
 }
 
 TEST(Gltf, broken_files_give_errors_and_valid_meshes_only) {
-  const test::TemporaryFolder folder;
+  const test::TempFolder folder;
   Scene small = cloud_scene();
   small.mesh = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {}, {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}, {{0, 1, 2}}};
   ASSERT_TRUE(write_glb(folder / "a.glb", small).ok());
@@ -143,7 +143,7 @@ TEST(Gltf, broken_files_give_errors_and_valid_meshes_only) {
 
 // Khronos' validator, when somebody installed it: in the folder named by ONEMAP_GLTF_VALIDATOR or globally.
 TEST(Gltf, the_khronos_validator_accepts_every_kind_of_scene) {
-  const test::TemporaryFolder folder;
+  const test::TempFolder folder;
   Scene paths_only, untouched;
   paths_only.robots = test::room_scene().robots;
   ASSERT_TRUE(write_glb(folder / "room.glb", test::room_scene()).ok());

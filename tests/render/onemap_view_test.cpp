@@ -10,7 +10,7 @@
 #include "render/ply_writer.hpp"
 #include "render/renderer.hpp"
 #include "room_scene.hpp"
-#include "temporary_folder.hpp"
+#include "temp_folder.hpp"
 
 namespace onemap::render {
 namespace {
@@ -44,7 +44,7 @@ class OnemapView : public ::testing::Test {
     EXPECT_EQ(ran.status, status) << arguments << "\n" << ran.output;
     EXPECT_NE(ran.output.find(part), std::string::npos) << ran.output;
   }
-  test::TemporaryFolder folder_;
+  test::TempFolder folder_;
   Scene scene_;
 };
 
@@ -87,11 +87,18 @@ TEST_F(OnemapView, says_what_is_wrong_and_exits_accordingly) {
   expect_failure(room, 2, "--png, --glb or --ply");
   expect_failure(room + " --png a.png --view sideways", 2, "sideways");
   expect_failure(room + " --png a.png --size 12", 2, "--size: 12 is not WIDTHxHEIGHT");
+  expect_failure(room + " --png a.png --size 99999x99999", 2, "--size: 99999x99999 is not");
+  expect_failure(room + " --png a.png --shading nan", 2, "--shading");
+  expect_failure(room + " --png a.png --point-size nan", 2, "--point-size");
+  expect_failure(room + " --png a.png --eye 0,nan,0", 2, "--eye");
+  expect_failure(room + " --png a.png --eye 0,0,0 --target inf,0,0", 2, "--target");
   expect_failure(room + " --png a.png --target 1,2,3", 2, "--eye");
   expect_failure(room + " --points --mesh --ply a.ply", 2, "--points");
   expect_failure((folder_ / "none.ply") + " --ply a.ply", 1, "none.ply: cannot read: No such file");
-  expect_failure(room + " --ply /no/such/folder/a.ply", 1, "/no/such/folder/a.ply: cannot write: No such file");
+  expect_failure(room + " --ply /no/such/folder/a.ply", 1,
+                 "/no/such/folder/a.ply: cannot write: folder '/no/such/folder': No such file");
   expect_failure(std::string(ONEMAP_SOURCE_DIR) + "/README.md --ply a.ply", 1, "neither a .ply nor a .glb");
+  expect_failure((folder_ / "b\xff\x1b.ply") + " --ply a.ply", 1, "b\\xff\\x1b.ply: cannot read");
   EXPECT_EQ(view("--help").status, 0);
 }
 

@@ -4,7 +4,7 @@
 #include "render/ply_reader.hpp"
 #include "render/ply_writer.hpp"
 #include "room_scene.hpp"
-#include "temporary_folder.hpp"
+#include "temp_folder.hpp"
 
 namespace onemap::render {
 namespace {
@@ -20,7 +20,7 @@ void expect_error(const std::string& text, const std::string& part) {
 }
 
 TEST(Ply, a_mesh_comes_back_as_written) {
-  const test::TemporaryFolder folder;
+  const test::TempFolder folder;
   const auto mesh = test::room_scene().mesh;
   ASSERT_TRUE(write_ply(folder / "room.ply", mesh).ok());
   const auto back = read_ply(folder / "room.ply");
@@ -32,7 +32,7 @@ TEST(Ply, a_mesh_comes_back_as_written) {
 }
 
 TEST(Ply, a_cloud_without_normals_comes_back_and_missing_colours_become_grey) {
-  const test::TemporaryFolder folder;
+  const test::TempFolder folder;
   const mapping::ColoredCloud cloud{{{1, 2, 3}, {-4, 5.5f, 6}}, {}, {{1, 2, 3}, {254, 255, 0}}};
   ASSERT_TRUE(write_ply(folder / "c.ply", cloud).ok());
   auto back = read_ply(folder / "c.ply");
@@ -47,7 +47,7 @@ TEST(Ply, a_cloud_without_normals_comes_back_and_missing_colours_become_grey) {
 }
 
 TEST(Ply, the_layout_is_the_documented_one) {
-  const test::TemporaryFolder folder;
+  const test::TempFolder folder;
   const mapping::TriangleMesh mesh{
       {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {}, {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}, {{0, 1, 2}}};
   ASSERT_TRUE(write_ply(folder / "t.ply", mesh).ok());
@@ -106,7 +106,7 @@ TEST(Ply, refuses_what_is_wrong_and_says_where) {
 }
 
 TEST(Ply, any_cut_or_flipped_byte_gives_a_valid_mesh_or_an_error) {
-  const test::TemporaryFolder folder;
+  const test::TempFolder folder;
   const mapping::TriangleMesh mesh{
       {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {}, {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}, {{0, 1, 2}}};
   ASSERT_TRUE(write_ply(folder / "t.ply", mesh).ok());

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "picture.hpp"
-#include "temporary_folder.hpp"
+#include "temp_folder.hpp"
 
 namespace onemap::render {
 namespace {
@@ -18,7 +18,7 @@ Image pattern(int width, int height) {
 }
 
 TEST(Png, is_read_back_by_libpng_pixel_for_pixel) {
-  const test::TemporaryFolder folder;
+  const test::TempFolder folder;
   for (const auto& [w, h] : {std::pair{1, 1}, {3, 2}, {641, 37}}) {
     const Image image = pattern(w, h);
     ASSERT_TRUE(write_png(folder / "a.png", image).ok());

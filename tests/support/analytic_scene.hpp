@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "hal/frame.hpp"
-#include "mapping/local/point_cloud.hpp"
+#include "mapping/local/ray_table.hpp"
 
 namespace onemap::test {
 
@@ -71,7 +71,7 @@ struct RenderedFrame {
   std::vector<std::uint8_t> rgb;
   std::vector<std::uint16_t> depth;
   Pose T_world_camera;
-  hal::FrameView view() const { return {{}, 0, &intrinsics, rgb, depth}; }
+  hal::FrameView view() const { return {{}, {}, 0, &intrinsics, rgb, depth}; }
 };
 
 inline RenderedFrame render(const Scene& scene, const hal::Intrinsics& k, const RayTable& rays,

@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "mapping/local/point_cloud.hpp"
+#include "mapping/local/ray_table.hpp"
 #include "support/poses.hpp"
 
 // Depth images of scenes made of planes, by exact ray casting: independent truth for geometry tests.

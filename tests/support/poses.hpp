@@ -33,6 +33,12 @@ inline mapping::Matrix3d rotation(const mapping::Vector3d& axis, double angle_ra
   return Eigen::AngleAxisd(angle_rad, axis.normalized()).toRotationMatrix();
 }
 
+// Angle of a rotation in radians, 0..pi.
+inline double rotation_angle(const mapping::Matrix3d& R) {
+  const auto q = mapping::to_quaternion_wxyz(R);
+  return 2 * std::atan2(std::sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]), q[0]);
+}
+
 // Rotation up to max_angle_rad about any axis, translation up to max_translation_m on each axis.
 inline mapping::Pose random_pose(SplitMix& random, double max_angle_rad, double max_translation_m) {
   const mapping::Vector3d axis(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));

@@ -75,6 +75,7 @@ struct LinkModel {
 struct Robot {
   std::unique_ptr<MemoryStore> store;
   std::unique_ptr<Node> node;
+  NodeConfig config;
   Endpoint endpoint;
   std::vector<std::shared_ptr<const Record>> applied;
   bool on = true;
@@ -107,8 +108,14 @@ class SimNet {
     Robot& robot = robots_.back();
     robot.endpoint = address(i);
     robot.store = std::make_unique<MemoryStore>(store_bytes);
+    robot.config = config;
     robot.node = std::make_unique<Node>(config, *robot.store);
     return i;
+  }
+  // A new node on the store as it is, in the same life.
+  void restart_node(std::size_t i) {
+    robots_[i].node = std::make_unique<Node>(robots_[i].config, *robots_[i].store);
+    drain(i);
   }
   void connect(std::size_t a, std::size_t b) { edges_.insert(std::minmax(a, b)); }
   void cut(std::size_t a, std::size_t b) { edges_.erase(std::minmax(a, b)); }

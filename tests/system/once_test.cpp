@@ -57,24 +57,6 @@ TEST(Once, TheSameStreamGivesTheSameBytes) {
             test::read_json(out / "b/report.json").at("robots").at(0).at("map_digest"));
 }
 
-TEST(Once, BadAddressesEndWithTwoAndSayWhy) {
-  const Folder out;
-  const std::vector<std::pair<std::string, std::string>> wrong{
-      {"teapot:earl-grey", "known: replay, simulated"},
-      {"replay:/nonexistent/place", "/nonexistent/place"},
-      {"living-room", "BACKEND:PLACE"},
-      {"simulated:living-room?legs=4", "legs"},
-  };
-  for (const auto& [camera, why] : wrong) {
-    EXPECT_EQ(test::run("onemapd", {"--camera", camera, "--once", "--out", (out / "o").string()}, out / "log.txt"), 2);
-    EXPECT_THAT(test::read_text(out / "log.txt"), HasSubstr(why)) << camera;
-  }
-  EXPECT_EQ(test::run("onemapd", {"--camera", kCamera, "--listen", "300.1.1.1:1", "--out", (out / "o").string()},
-                      out / "log.txt"),
-            2);
-  EXPECT_THAT(test::read_text(out / "log.txt"), HasSubstr("300.1.1.1"));
-}
-
 TEST(Once, SigtermStopsWithinTwoSecondsAndWritesWhatThereIs) {
   const Folder out;
   const std::string camera = "simulated:living-room?robot=1&robots=3&frames=100000&seed=3";

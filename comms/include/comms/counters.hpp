@@ -14,9 +14,13 @@ enum class FrameType : std::uint8_t {
   want = 5,
   data = 6,
   ping = 7,
-  pong = 8
+  pong = 8,
+  later_life = 128  // who does not know this type skips it
 };
-inline constexpr std::size_t kFrameTypeCount = 9;  // index 0 is not used
+inline constexpr std::size_t kFrameTypeCount = 10;  // index 0 is not used
+constexpr std::size_t index_of(FrameType type) {
+  return type == FrameType::later_life ? kFrameTypeCount - 1 : static_cast<std::size_t>(type);
+}
 
 // Why a datagram, a frame or a part of one was refused. The first group throws away the whole datagram, unread.
 enum class Refusal : std::uint8_t {
@@ -27,32 +31,44 @@ enum class Refusal : std::uint8_t {
   bad_type,         // a datagram type that v1 does not know
   bad_reserved,     // reserved bits are not 0
   bad_frame,        // a frame is malformed, or unknown and not skippable
+  bad_robot_id,     // a frame names a robot whose id is no valid name
+  bad_incarnation,  // the sender's, or a log's: 2^63 or more is no life
   stranger,         // more than a beacon from an endpoint that is no validated neighbour
   wrong_receiver,   // meant for another incarnation or another robot
   own_echo,         // our own datagram came back (multicast)
   id_conflict,      // somebody else uses our robot id, or two neighbours use one id
   second_path,      // a neighbour that we already have, from another address
   neighbours_full,  // no room for another neighbour
+  address_full,     // no room for another neighbour of this address
+  candidate,        // another greets from a living neighbour's address; it has to prove that it is there
+  former_life,      // a greeting of a life although records of a later one are here; it is told
   duplicate,        // this datagram was already seen
   too_old,          // so late that it cannot be told from a duplicate
+  counter_jump,     // so far ahead that the next datagram has to confirm it
   // Parts of a good datagram:
-  logs_full,         // an entry of a version vector beyond max_logs
-  robots_full,       // a status entry beyond max_robots
-  own_log_ahead,     // somebody claims to hold records of ours that we never wrote
-  want_unknown,      // asks for a record that we do not hold
-  want_over_credit,  // asks for more than its credit
-  data_unasked,      // a fragment of a record that we did not ask for (or no longer need)
-  data_conflict,     // fragments of one record disagree about kind, size or hash
-  data_bad_hash,     // a record was complete and its hash was wrong; thrown away and asked for again
-  reassembly_full,   // no room in the reassembly budget
-  store_refused,     // the store had no room for a complete record
-  append_refused,    // an own record was too large or the store had no room
+  logs_full,           // an entry of a version vector beyond max_logs
+  robot_logs_full,     // an entry beyond max_logs_of_robot
+  robots_full,         // a log of a robot beyond max_robots
+  status_unknown,      // a status of a robot, or of a life, of which no record is here
+  own_log_ahead,       // somebody claims to hold records of ours that we never wrote
+  later_life,          // records or a status in our name, of a life that we did not begin
+  contradicts_author,  // records of a life later than the one in which their author, a neighbour, greets us
+  want_unknown,        // asks for a record that we do not hold
+  want_over_credit,    // asks for more than its credit
+  data_unasked,        // a fragment of a record that we did not ask for (or no longer need)
+  data_conflict,       // fragments of one record disagree about kind, size or hash
+  data_bad_hash,       // a record was complete and its hash was wrong; thrown away and asked for again
+  reassembly_full,     // no room in the reassembly budget
+  store_refused,       // the store had no room for a complete record
+  append_refused,      // an own record was too large or the store had no room
   count
 };
 inline constexpr std::size_t kRefusalCount = static_cast<std::size_t>(Refusal::count);
 std::string_view name(FrameType type);
 std::string_view name(Refusal reason);
-std::string_view words(Refusal reason);
+std::string_view words(Refusal reason);  // what happened, for people
+// An honest team on a lossy net has these every day: to be counted, and no news.
+bool everyday(Refusal reason);
 
 // Everything that a node counts; only ever grows.
 struct Counters {
@@ -70,8 +86,9 @@ struct Counters {
   std::uint64_t neighbours_lost = 0;       // fell silent for neighbour_timeout
 
   std::uint64_t of(Refusal reason) const { return refused[static_cast<std::size_t>(reason)]; }
-  std::uint64_t sent(FrameType type) const { return frames_sent[static_cast<std::size_t>(type)]; }
-  std::uint64_t received(FrameType type) const { return frames_received[static_cast<std::size_t>(type)]; }
+  std::uint64_t sent(FrameType type) const { return frames_sent[index_of(type)]; }
+  std::uint64_t received(FrameType type) const { return frames_received[index_of(type)]; }
+  void refuse(Refusal reason) { ++refused[static_cast<std::size_t>(reason)]; }
 };
 
 }  // namespace onemap::comms

@@ -1,8 +1,10 @@
 #pragma once
 #include <cstddef>
+#include <functional>
 #include <memory>
 
 #include "hal/base/record.hpp"
+#include "hal/base/result.hpp"
 
 namespace onemap::comms {
 
@@ -10,8 +12,17 @@ namespace onemap::comms {
 class LogStore {
  public:
   virtual ~LogStore() = default;
-  virtual bool append(Record record) = 0;  // false: not the next of its log, or no room
-  virtual std::shared_ptr<const Record> find(const RecordId& id) const = 0;
+  // The error says why the record is not kept: it is not the next of its log, or there is no room, and then how much
+  // room there is and which setting gives more.
+  virtual Status append(Record record) = 0;
+  // All that was appended before it returns outlives a crash of the process, as far as this store can promise that.
+  virtual Status sync() = 0;
+  virtual std::shared_ptr<const Record> find(const RecordId& id) const = 0;  // nullptr: not here
+  // Every record that is held, log by log in the order of LogId, each log in the order of its sequence.
+  virtual void scan(const std::function<void(const std::shared_ptr<const Record>&)>& visit) const = 0;
+  // Gives up the body of a record that nobody needs any more, and the room that it took. Its place in the log stays
+  // taken, and the frontier as it is: it is not fetched again. False: it is not here.
+  virtual bool forget(const RecordId& id) = 0;
   virtual const VersionVector& frontier() const = 0;
   virtual std::size_t bytes() const = 0;
 };

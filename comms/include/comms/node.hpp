@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "comms/counters.hpp"
@@ -21,9 +22,9 @@
 namespace onemap::comms {
 
 struct NodeConfig {
-  RobotId self;
-  // One life of this robot; never 0; a later start must use a greater one (for example: nanoseconds since 1970 at
-  // start).
+  RobotId self;  // a valid name
+  // One life of this robot, from 1 to 2^63 - 1; a later start must use a greater one, so it comes from a counter that
+  // is kept. outlived() tells when neighbours know a later one.
   std::uint64_t incarnation = 1;
   std::vector<Endpoint> peers;                 // greeted from the start; others are accepted when they greet us
   std::optional<Endpoint> group;               // multicast group for beacons
@@ -33,7 +34,11 @@ struct NodeConfig {
   Duration neighbour_timeout = std::chrono::seconds(20);
   std::size_t credit_bytes = 256u << 10;     // asked for and not yet arrived, from one neighbour
   std::size_t reassembly_bytes = 16u << 20;  // incomplete or out of order records
-  std::size_t max_neighbours = 32, max_robots = 1024, max_logs = 4096;
+  // Configured peers always have their place; of the other neighbours of one address there may be a quarter of
+  // max_neighbours.
+  std::size_t max_neighbours = 32;
+  std::size_t max_robots = 1024;                         // that count: see team()
+  std::size_t max_logs = 4096, max_logs_of_robot = 256;  // a life of a robot has up to kLaneCount logs
 };
 
 struct NeighbourStatus {
@@ -88,7 +93,7 @@ class Node {
   Instant next_deadline() const;  // call on_timer then, or earlier
 
   // Writes the next record of the own log of this lane. The error says why it cannot: the body is larger than
-  // kMaxRecordBytes, or the lane is unknown, or the store has no room; counted.
+  // kMaxRecordBytes, or the lane is unknown, or the store has no room (in its words); counted.
   Result<RecordId> append(Instant now, std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body);
   // What beacons say about this robot; sent at once when it changed (at most ten times a second).
   void set_local_status(Instant now, std::uint64_t map_digest, std::uint8_t flags);
@@ -99,16 +104,26 @@ class Node {
   const VersionVector& frontier() const;
   std::uint64_t frontier_digest() const;  // digest(frontier())
   std::vector<NeighbourStatus> neighbours() const;
-  const std::map<RobotId, RobotStatus>& team() const;  // every robot ever heard of, itself included
-  // At least `robots` robots are known, and all that are known carry these flags, one map digest and one frontier
-  // digest.
+
+  // The robots that count, with their newest word: this one, those of whom records are here, and living neighbours. Who
+  // is only talked about does not count. A robot that was not heard of since its records came has a status of zeros.
+  const std::map<RobotId, RobotStatus>& team() const;
+  std::map<RobotId, Presence> presence(Instant now) const;  // the same robots
+  // All robots that count but those in `without` carry these flags, this robot's map digest and its frontier digest.
   bool team_agrees(std::uint8_t flags, const std::set<RobotId>& without) const;
-  std::map<RobotId, Presence> presence(Instant now) const;
-  std::vector<Endpoint> peers_never_heard() const;
-  std::optional<IdConflict> id_conflict() const;
-  bool delivered(std::uint8_t up_to_lane) const;
+
+  std::vector<Endpoint> peers_never_heard() const;  // configured ones
+  std::optional<IdConflict> id_conflict() const;    // the latest
+  // Neighbours say that they hold records of a later life of this robot than the present one: begin a new life after
+  // that number, with a new Node, and write what is worth it again. Any neighbour can say so, so bound how often it is
+  // believed. Never 2^63 or more.
   std::optional<std::uint64_t> outlived() const;
-  std::size_t records_missing() const;  // that some neighbour is known to hold and this robot does not, yet
+
+  // All living neighbours have confirmed to hold all own records of lanes 0 to up_to_lane.
+  bool delivered(std::uint8_t up_to_lane) const;
+  std::size_t records_missing() const;   // that living neighbours say they hold and this robot does not, yet
+  std::set<RobotId> incomplete() const;  // other robots whose records these are
+  std::string store_full() const;        // why records of others that arrived cannot be kept; empty: they can
   std::optional<std::uint8_t> hops(const RecordId& id) const;  // links that this record came over; 0: own
   const Counters& counters() const;
 

@@ -21,6 +21,12 @@ inline constexpr std::size_t kMaxFramesBytes = 1168;  // what a session's overhe
 inline constexpr std::size_t kFrameHeadBytes = 3;
 inline constexpr std::size_t kFragmentBytes = 1112;  // of a record's body; only the last fragment is shorter
 inline constexpr std::uint8_t kFirstSkippableType = 128;
+inline constexpr std::uint64_t kFirstBadIncarnation = std::uint64_t{1}
+                                                      << 63;  // no life has this number or a greater one
+inline constexpr bool is_life(std::uint64_t incarnation) {
+  return incarnation != 0 && incarnation < kFirstBadIncarnation;
+}
+inline constexpr std::uint32_t next_counter(std::uint32_t counter) { return counter == 0xFFFFFFFF ? 1 : counter + 1; }
 
 enum class DatagramType : std::uint8_t { unicast = 8, group = 9 };
 
@@ -28,7 +34,8 @@ struct Header {
   DatagramType type = DatagramType::unicast;
   std::uint64_t sender = 0;    // the sender's incarnation
   std::uint64_t receiver = 0;  // the receiver's incarnation as the sender knows it; 0: not known, or a group
-  std::uint32_t counter = 0;   // from 1, by the sender, one count for each destination
+  // 1, 2, 3 ... by the sender, one count for each destination; after 2^32 - 1 comes 1.
+  std::uint32_t counter = 0;
   bool operator==(const Header&) const = default;
 };
 
@@ -78,7 +85,13 @@ struct Ping {
 struct Pong {
   std::uint32_t token = 0;
 };
-using Frame = std::variant<Beacon, Status, Have, HaveRequest, Want, Data, Ping, Pong>;
+// Somebody who holds records of a later life of `robot` tells it so.
+struct LaterLife {
+  RobotId robot;
+  std::uint64_t incarnation = 0;
+  bool operator==(const LaterLife&) const = default;
+};
+using Frame = std::variant<Beacon, Status, Have, HaveRequest, Want, Data, Ping, Pong, LaterLife>;
 FrameType type_of(const Frame& frame);
 
 inline constexpr std::size_t kBeaconBytes = 37;
@@ -86,6 +99,7 @@ inline constexpr std::size_t kStatusEntryBytes = 45;
 inline constexpr std::size_t kHaveEntryBytes = 29, kHaveFixedBytes = 8;
 inline constexpr std::size_t kWantEntryBytes = 33, kWantFixedBytes = 4;
 inline constexpr std::size_t kDataFixedBytes = 46;
+inline constexpr std::size_t kLaterLifeBytes = 24;
 
 inline constexpr std::uint32_t fragments_of(std::uint32_t total_bytes) {
   return std::max<std::uint32_t>(1, (total_bytes + kFragmentBytes - 1) / kFragmentBytes);
@@ -102,12 +116,16 @@ class Decoder {
   std::span<const Frame> frames() const { return frames_; }
 
  private:
+  Refusal decode_frames(std::span<const std::uint8_t> frames);
   bool decode_frame(std::uint8_t type, std::span<const std::uint8_t> body);
   bool decode_status(std::span<const std::uint8_t> body);
   bool decode_have(std::span<const std::uint8_t> body);
   bool decode_want(std::span<const std::uint8_t> body);
   bool decode_data(std::span<const std::uint8_t> body);
+  bool valid(const RobotId& robot);
+  bool valid(const LogId& log);
   Header header_;
+  bool bad_robot_id_ = false;  // why decode_frame answered false
   std::vector<Frame> frames_;
   // Room for the largest lists that fit a datagram, reserved once: the frames' spans point in here.
   std::vector<RobotStatus> robots_;
@@ -132,6 +150,7 @@ class Encoder {
   bool data(const Data& data);
   bool ping(std::uint32_t token);
   bool pong(std::uint32_t token);
+  bool later_life(const LaterLife& later);
 
  private:
   bool open(FrameType type, std::size_t body_bytes);

@@ -53,10 +53,12 @@ struct UdpPort::Impl {
   UdpCounters counters;
   std::vector<IncomingDatagram> batch{kBatch};  // read ahead with one system call
   std::size_t next = 0, filled = 0;
+  bool group_first = false;
 
   Status open_socket(const UdpConfig& config);
   Status open_group(const Endpoint& listen, const Endpoint& endpoint);
   bool fill(int fd);
+  bool fill_fairly();
 };
 
 Status UdpPort::Impl::open_socket(const UdpConfig& config) {
@@ -124,6 +126,14 @@ bool UdpPort::Impl::fill(int fd) {
   return true;
 }
 
+// In turns, so that a flood to one socket does not silence the other.
+bool UdpPort::Impl::fill_fairly() {
+  next = filled = 0;
+  if (!group.valid()) return fill(socket.get());
+  group_first = !group_first;
+  return fill((group_first ? group : socket).get()) || fill((group_first ? socket : group).get());
+}
+
 Result<std::unique_ptr<UdpPort>> UdpPort::open(const UdpConfig& config) {
   auto impl = std::make_unique<Impl>();
   if (Status opened = impl->open_socket(config); !opened) return opened.error();
@@ -151,11 +161,7 @@ bool UdpPort::send(const OutgoingDatagram& datagram) {
 }
 
 bool UdpPort::receive(IncomingDatagram& datagram) {
-  if (impl_->next == impl_->filled) {
-    impl_->next = impl_->filled = 0;
-    const bool any = impl_->fill(impl_->socket.get()) || (impl_->group.valid() && impl_->fill(impl_->group.get()));
-    if (!any) return false;
-  }
+  if (impl_->next == impl_->filled && !impl_->fill_fairly()) return false;
   datagram = impl_->batch[impl_->next++];
   return true;
 }

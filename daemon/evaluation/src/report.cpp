@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "evaluation/evaluation.hpp"
+#include "hal/base/text.hpp"
 
 namespace onemap::evaluation {
 
@@ -12,7 +13,7 @@ std::string to_json(const TeamEvaluation& evaluation) {
   for (const RobotEvaluation& r : evaluation.robots) {
     Json rpe = nullptr;
     if (r.rpe) rpe = Json::array({r.rpe->translation_m, r.rpe->rotation_deg});
-    robots.push_back({{"estimate", r.estimate_name},
+    robots.push_back({{"estimate", printable(r.estimate_name)},
                       {"poses", r.poses},
                       {"coverage", r.coverage},
                       {"rpe", rpe},
@@ -24,15 +25,14 @@ std::string to_json(const TeamEvaluation& evaluation) {
   const Json team = {{"robots", evaluation.robots.size()}, {"poses", evaluation.poses},
                      {"coverage", evaluation.coverage},    {"ate", evaluation.ate},
                      {"median", evaluation.median},        {"max", evaluation.max}};
-  // A file name may be any bytes; those that are not UTF-8 are replaced.
-  return Json{{"robots", robots}, {"team", team}}.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return Json{{"robots", robots}, {"team", team}}.dump(1) + "\n";
 }
 
 std::string to_text(const TeamEvaluation& evaluation, const EvaluationSettings& settings) {
   std::string text;
   for (const RobotEvaluation& r : evaluation.robots) {
-    text += fmt::format("{}: poses {} coverage {:.3f} ATE alone {:.4f} joint {:.4f} max {:.4f}", r.estimate_name,
-                        r.poses, r.coverage, r.ate_alone, r.ate_joint, r.max);
+    text += fmt::format("{}: poses {} coverage {:.3f} ATE alone {:.4f} joint {:.4f} max {:.4f}",
+                        printable(r.estimate_name), r.poses, r.coverage, r.ate_alone, r.ate_joint, r.max);
     if (r.rpe)
       text += fmt::format(" RPE/{:g}s {:.4f} m {:.3f} deg", settings.rpe_delta_s, r.rpe->translation_m,
                           r.rpe->rotation_deg);

@@ -13,10 +13,12 @@ namespace onemap::daemon {
 
 struct CaptureCounters {
   std::uint64_t grabbed = 0, bad = 0, dropped = 0;
+  std::uint64_t gone = 0;  // times that the camera went away
 };
 
 // The capture thread: camera -> frame of the pool -> queue. At `max` it waits for the pipeline, so that every frame is
-// processed; else it keeps the recording's pace and the oldest frame makes room, counted. Ends with the stream.
+// processed; else it keeps the recording's pace and the oldest frame makes room, counted. A camera that goes away is
+// waited for. Ends with the stream.
 class Capture {
  public:
   Capture(hal::DepthCamera& camera, Speed speed, Failures& failures, Log& log);
@@ -32,6 +34,7 @@ class Capture {
 
  private:
   void run();
+  void tell(hal::Grab grab);  // what became of the camera, once each time that it changes
   bool deliver(hal::Frame frame);
   bool keep_pace(FrameTime time);  // false: stop
   hal::DepthCamera& camera_;
@@ -41,7 +44,8 @@ class Capture {
   hal::FramePool pool_;
   BlockingQueue<hal::Frame> queue_;
   const bool live_;  // has its own pace
-  std::atomic<std::uint64_t> grabbed_ = 0, bad_ = 0;
+  std::atomic<std::uint64_t> grabbed_ = 0, bad_ = 0, gone_ = 0;
+  bool away_ = false;  // the camera, as the log has it
   std::atomic<bool> ended_ = false;
   bool stopping_ = false;  // with mutex_
   std::mutex mutex_;

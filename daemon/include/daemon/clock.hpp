@@ -14,6 +14,9 @@ Duration thread_cpu_time();
 // Nanoseconds since 1970: tells one life of this robot from the next, nothing else.
 std::uint64_t wall_clock_ns();
 
+// What turns the monotonic clock's time into time since 1970, now: a live camera's stamps are monotonic.
+Duration wall_clock_offset();
+
 // Peak resident memory of this process so far (VmHWM), MiB.
 double peak_rss_mb();
 

@@ -16,7 +16,7 @@ Result<Speed> parse_speed(const std::string& text);
 
 // Everything that a daemon can be told, with its defaults; files and the command line fill it.
 struct Config {
-  std::string id = "robot";                     // 1..16 characters of A-Z a-z 0-9 _ . -
+  std::string id;                               // 1..16 characters of A-Z a-z 0-9 _ . -
   std::string camera;                           // address, see --help
   std::string out;                              // folder of what is written
   std::string listen;                           // ADDR:PORT; empty: 0.0.0.0 with any port when there are peers
@@ -30,17 +30,26 @@ struct Config {
   double lost_after_s = 60;           // a robot that was silent for so long is not waited for
   double peer_wait_s = 20;            // how long a finished robot waits for peers that it never heard (once)
   int matches_picture = 0;            // a picture of the feature matches every so many frames; 0: none
-  std::uint64_t submap_min_age = 10;  // integrations without a change after which a block is published
   mapping::LocalMapperConfig mapper;
   std::size_t global_budget_bytes = 64u << 20;
 
   bool alone() const { return listen.empty() && peers.empty(); }
 };
 
-// Reads a TOML file over what `config` holds. Unknown keys and values out of range are errors with file:line.
+// Reads a TOML file over what `config` holds. Unknown keys, values out of range and what does not fit together are
+// errors with file:line. The keys are in config_key.hpp.
 Status load_config(const std::string& file, Config& config);
 
-// What does not depend on where a value came from: the id's form, that there is a camera and a place to write.
+// Whether a daemon can work with this, as far as it can be told before anything is opened: the id's form, that there
+// are a camera and a place to write, what a mapper accepts, addresses that can be reached, budgets that this machine
+// has.
 Status check_config(const Config& config);
+
+// The same of the mapper and a camera that is open now. The error's place is the key or the camera's property.
+Status check_camera(const Config& config, const hal::Intrinsics& camera);
+
+// A valid id for a robot that was given none: the host's name, with '-' for what an id must not have, cut to 16.
+std::string id_from_host(const std::string& host);
+std::string host_name();
 
 }  // namespace onemap::daemon

@@ -5,6 +5,7 @@
 #include "daemon/config.hpp"
 #include "daemon/log.hpp"
 #include "daemon/outputs.hpp"
+#include "daemon/pictures.hpp"
 #include "daemon/pipeline.hpp"
 #include "daemon/radio.hpp"
 #include "daemon/report.hpp"
@@ -34,8 +35,9 @@ class Harvest {
   void say_costs() const;
   Status write_trajectories() const;
   std::vector<MapPicture> pictures() const;
+  Status draw();
   MapPicture global_picture(const mapping::SolutionRecord& solution) const;
-  Report report(const std::vector<PictureSize>& sizes) const;
+  Report report() const;
   RobotReport robot_report() const;
   void keep(const Status& status);
 
@@ -43,6 +45,7 @@ class Harvest {
   const Sources from_;
   Log& log_;
   Status first_ = success();
+  std::uint64_t vertices_ = 0;  // of the global map's files when there are such, else of the local one's
 };
 
 }  // namespace onemap::daemon

@@ -11,16 +11,20 @@ namespace onemap::daemon {
 enum class Exit : int {
   done = 0,        // the work was done and everything is written
   failed = 1,      // something could not be done; the last lines on stderr say what and why
-  usage = 2,       // bad command line, configuration file or camera address
+  usage = 2,       // bad command line or configuration; nothing was opened or written
   unfinished = 3,  // stopped, or out of time, before the work was done; what there was is written
 };
 
-// What a command line says: go on with a value, or end now (help was asked for, or it was wrong) with the text.
-template <class T>
-struct Parsed {
-  std::optional<T> value;
+// How a program ends before it works: help or a version for stdout, or a complaint for stderr.
+struct Ending {
   Exit exit = Exit::done;
   std::string text;
+};
+
+// What a command line says: a value to go on with, or how to end now.
+template <class T>
+struct Parsed : Ending {
+  std::optional<T> value;
 };
 
 // onemapd's command line; the file of --config is read first and the command line goes over it.

@@ -9,6 +9,7 @@
 #include "daemon/log.hpp"
 #include "daemon/match_pictures.hpp"
 #include "daemon/outgoing.hpp"
+#include "daemon/publisher.hpp"
 #include "daemon/worker.hpp"
 #include "hal/base/bounded_queue.hpp"
 #include "hal/frame_pool.hpp"
@@ -24,8 +25,8 @@ struct PipelineProgress {
   bool finished = false;             // the queue was closed and empty, and everything is sealed and published
 };
 
-// The work thread: takes frames from the queue, runs the mapper's frame path, and publishes what it sealed. The mapper
-// and its voxel map belong to this thread until finished.
+// The work thread: takes frames from the queue, runs the mapper's frame path, and hands what it sealed to the
+// publisher. The mapper and its voxel map belong to this thread until finished.
 class Pipeline {
  public:
   // The outbox may be empty: a robot alone keeps its poses and publishes nothing.
@@ -53,30 +54,32 @@ class Pipeline {
   void log_full();
   void log_change(const hal::FrameView& frame, const mapping::FrameReport& report);
   void begin_step(mapping::Step step);
+  // What the mapper sealed: into the publisher's slots, or kept here when the robot is alone.
   void drain();
+  bool take(Publisher::Sealed& into);
+  void keep(const Publisher::Sealed& sealed);
   void drain_submaps(std::uint64_t min_age);
-  template <class Record>
-  void publish(mapping::Lane lane, mapping::RecordKind kind, const Record& record, std::uint32_t poses = 0);
+  Publisher::Sealed* slot();
 
   const Config& config_;
   BlockingQueue<hal::Frame>& frames_;
-  Outbox outbox_;
   Failures& failures_;
   Log& log_;
   std::unique_ptr<mapping::LocalMapper> mapper_;
   std::optional<MatchPictures> matches_;
-  mapping::KeyframeRecord keyframe_;
-  mapping::TrajectoryRecord trajectory_;
+  std::optional<Publisher> publisher_;  // not there when the robot is alone,
+  Publisher::Sealed alone_;             // then this is the one slot
   std::vector<mapping::StampedPose> poses_;
   std::vector<mapping::QuantizedPose> keyframe_poses_;
   std::uint64_t last_submap_at_ = 0;
   mapping::TrackState last_state_ = mapping::TrackState::starting;
   std::uint64_t lost_since_ = 0;
-  LatencyHistogram frame_times_, publish_times_;
+  LatencyHistogram frame_times_;
   std::array<Duration, mapping::kSteps> step_time_{};
   std::size_t step_ = mapping::kSteps;
   Duration step_began_{};
   std::atomic<std::uint64_t> frames_done_ = 0, tracked_ = 0, keyframes_ = 0, blocks_refused_ = 0;
+  bool ending_ = false;  // what is left is handed over, however long that takes
   std::atomic<bool> finished_ = false, abandoned_ = false;
   Worker thread_;
 };

@@ -18,6 +18,7 @@
 #include "daemon/log.hpp"
 #include "daemon/outgoing.hpp"
 #include "daemon/worker.hpp"
+#include "hal/base/bounded_queue.hpp"
 
 namespace onemap::daemon {
 
@@ -53,7 +54,7 @@ class Radio {
   void start();
   // Sends what was published, until neighbours hold this robot's control and pose records, for at most `linger`.
   void stop(Duration linger = Duration::zero());
-  void publish(OutgoingRecord record);                // any thread
+  void publish(OutgoingRecord record);                // any thread but this one; waits while 64 are on their way
   void finish(std::uint32_t frames);                  // any thread: nothing more of the own camera comes
   void say(std::uint64_t map_digest, bool finished);  // any thread: what neighbours and beacons hear
   void leave_out(std::set<RobotId> gone);             // any thread: agreement does not wait for these
@@ -62,6 +63,7 @@ class Radio {
   std::string local() const { return comms::to_string(port_->local()); }
 
  private:
+  static constexpr std::size_t kOutbox = 64;
   Radio(const Config& config, comms::NodeConfig node, LifeCounter life, std::unique_ptr<comms::UdpPort> port,
         Listener listener, Failures& failures, Log& log);
   void run();
@@ -91,8 +93,8 @@ class Radio {
   std::optional<std::uint32_t> frames_to_finish_;  // Finished is due, with these frames
   Instant finish_again_{};
 
+  BlockingQueue<OutgoingRecord> outbox_{kOutbox};
   mutable std::mutex mutex_;  // of what follows
-  std::vector<OutgoingRecord> outbox_;
   std::optional<std::uint32_t> finish_;
   std::uint64_t map_digest_ = 0;
   std::uint8_t flags_ = 0;

@@ -21,6 +21,7 @@ struct RobotReport {
   std::uint64_t bytes_sent = 0, bytes_received = 0;
   std::uint64_t blocks_refused = 0;              // of the local map, for want of room: parts of it are missing
   std::map<std::string, std::uint64_t> refused;  // datagrams and records, by reason
+  std::string failed;                            // in a fleet: how the robot ended; empty: well
 };
 
 // OUT/report.json: of a team, or of one robot (then with one entry).
@@ -39,7 +40,8 @@ Result<Report> read_report(const std::string& file);
 // A digest as people and files see it: 16 hexadecimal digits.
 std::string digest_text(std::uint64_t digest);
 
-// One table for people: robot, frames, tracked, keyframes, ms per frame, in the map, digest.
+// One table for people: robot, frames, tracked, keyframes, ms per frame, in the map, digest; below it a line for each
+// thing that went wrong: robots that failed, blocks and records that were refused.
 std::string to_table(const Report& report);
 
 }  // namespace onemap::daemon

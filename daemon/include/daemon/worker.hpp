@@ -6,6 +6,8 @@
 #include <string_view>
 #include <thread>
 
+#include "hal/base/result.hpp"
+
 namespace onemap::daemon {
 
 // Why the work cannot go on: the first thing that a thread could not handle. Thread safe.
@@ -40,5 +42,8 @@ class Worker {
 
 // What an exception says; for catch blocks.
 std::string what_of_current_exception();
+
+// body(), which answers a Status; what it throws becomes an error of that place.
+Status guarded(std::string_view place, const std::function<Status()>& body);
 
 }  // namespace onemap::daemon

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -18,7 +19,7 @@ namespace onemap::daemon {
 namespace {
 
 // Between fork and exec: only what is safe there.
-[[noreturn]] void become(const char* program, char* const* arguments, int log) {
+[[noreturn]] void become(const char* program, char* const* arguments, int log, std::uint64_t address_space_bytes) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   sigset_t none;
   sigemptyset(&none);
@@ -28,6 +29,10 @@ namespace {
   dup2(empty, STDIN_FILENO);
   dup2(log, STDOUT_FILENO);
   dup2(log, STDERR_FILENO);
+  if (address_space_bytes > 0) {
+    const rlimit limit{address_space_bytes, address_space_bytes};
+    setrlimit(RLIMIT_AS, &limit);
+  }
   execv(program, arguments);
   const char message[] = "cannot start the program\n";
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message, sizeof message - 1);
@@ -37,7 +42,7 @@ namespace {
 }  // namespace
 
 Result<ChildProcess> ChildProcess::start(const std::string& program, const std::vector<std::string>& arguments,
-                                         const std::string& log_file) {
+                                         const std::string& log_file, std::uint64_t address_space_bytes) {
   if (access(program.c_str(), X_OK) != 0) return Error{program, std::strerror(errno)};
   const int log = open(log_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (log < 0) return Error{log_file, std::strerror(errno)};
@@ -48,7 +53,7 @@ Result<ChildProcess> ChildProcess::start(const std::string& program, const std::
   for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
   const pid_t pid = fork();
-  if (pid == 0) become(program.c_str(), pointers.data(), log);
+  if (pid == 0) become(program.c_str(), pointers.data(), log, address_space_bytes);
   const int error = errno;
   close(log);
   if (pid < 0) return Error{program, std::string("fork: ") + std::strerror(error)};
@@ -58,11 +63,7 @@ Result<ChildProcess> ChildProcess::start(const std::string& program, const std::
 ChildProcess::ChildProcess(ChildProcess&& other) noexcept
     : pid_(std::exchange(other.pid_, -1)), exit_code_(other.exit_code_) {}
 
-ChildProcess::~ChildProcess() {
-  if (!running()) return;
-  kill(pid_, SIGKILL);
-  waitpid(pid_, nullptr, 0);
-}
+ChildProcess::~ChildProcess() { kill(); }
 
 bool ChildProcess::running() {
   if (pid_ < 0) return false;
@@ -75,7 +76,13 @@ bool ChildProcess::running() {
 }
 
 void ChildProcess::terminate() {
-  if (running()) kill(pid_, SIGTERM);
+  if (running()) ::kill(pid_, SIGTERM);
+}
+
+void ChildProcess::kill() {
+  if (!running()) return;
+  ::kill(pid_, SIGKILL);
+  while (running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 bool ChildProcess::wait(Duration at_most) {
@@ -88,8 +95,7 @@ bool ChildProcess::wait(Duration at_most) {
 }
 
 std::string ChildProcess::exit_text() const {
-  return exit_code_ >= 128 ? fmt::format("ended by signal {}", exit_code_ - 128)
-                           : fmt::format("exit status {}", exit_code_);
+  return exit_code_ >= 128 ? fmt::format("signal {}", exit_code_ - 128) : fmt::format("exit status {}", exit_code_);
 }
 
 }  // namespace onemap::daemon

@@ -8,8 +8,11 @@
 #include <filesystem>
 
 #include "daemon/clock.hpp"
+#include "daemon/command_line.hpp"
+#include "daemon/fleet/log_tail.hpp"
 #include "daemon/outputs.hpp"
 #include "hal/backends/simulated.hpp"
+#include "hal/base/text.hpp"
 
 namespace onemap::daemon {
 
@@ -17,6 +20,11 @@ namespace {
 constexpr auto kPoll = std::chrono::milliseconds(200);
 constexpr auto kPatience = std::chrono::seconds(120);  // for the last pictures of many robots on a small machine
 constexpr const char* kStay = "1000000";               // --linger: the fleet says when
+constexpr std::size_t kLogLines = 5;                   // of a robot that failed
+
+void say(const std::string& what) { std::fputs(complaint("onemap-fleet", what).c_str(), stderr); }
+
+bool is_unfinished(int exit_code) { return exit_code == static_cast<int>(Exit::unfinished); }
 }  // namespace
 
 Fleet::Fleet(FleetConfig config, std::string daemon_program)
@@ -24,25 +32,30 @@ Fleet::Fleet(FleetConfig config, std::string daemon_program)
 
 Exit Fleet::run(StopSignals& signals) {
   if (auto status = start(); !status) {
-    fmt::print(stderr, "onemap-fleet: {}\n", status.error().text());
+    say(status.error().text());
     return Exit::failed;
   }
   const End end = wait_until_agreed(signals);
-  if (end == End::out_of_time) fmt::print(stderr, "onemap-fleet: not agreed after {} s\n", config_.timeout_s);
-  const bool robots_done = stop_robots();
-  auto report = collect();
-  if (!report) {
-    fmt::print(stderr, "onemap-fleet: {}\n", report.error().text());
-    return Exit::failed;
+  if (end == End::out_of_time) {
+    say(fmt::format("not agreed after {} s", config_.timeout_s));
+    for (std::size_t i = 0; i < statuses_.size(); ++i)
+      if (!statuses_[i].waiting.empty()) say(fleet_robot_name(i) + ": " + statuses_[i].waiting);
   }
-  if (auto status = write_text(config_.out + "/report.json", to_json(*report)); !status) {
-    fmt::print(stderr, "onemap-fleet: {}\n", status.error().text());
-    return Exit::failed;
-  }
-  print_result(*report);
-  if (end == End::robot_ended) return Exit::failed;
-  if (end != End::agreed || !report->same_map) return Exit::unfinished;
-  return robots_done ? Exit::done : Exit::failed;
+  if (end == End::stopped) say("stopped before all agreed");
+  stop_robots();
+  const Report report = collect(end == End::agreed);
+  const Status written = write_text(config_.out + "/report.json", to_json(report));
+  fmt::print("{}", to_text(report, config_.out));
+  if (!written) say(written.error().text());
+  return written ? verdict(end, report) : Exit::failed;
+}
+
+Exit Fleet::verdict(End end, const Report& report) const {
+  const auto code = [](const Robot& robot) { return robot.process.exit_code(); };
+  for (const Robot& robot : robots_)
+    if (code(robot) != 0 && !is_unfinished(code(robot))) return Exit::failed;
+  const bool done = std::ranges::all_of(robots_, [&](const Robot& robot) { return code(robot) == 0; });
+  return end == End::agreed && report.same_map && done ? Exit::done : Exit::unfinished;
 }
 
 Status Fleet::start() {
@@ -51,15 +64,24 @@ Status Fleet::start() {
   links_ = std::move(*links);
   for (std::size_t i = 0; i < config_.cameras.size(); ++i) {
     if (auto status = make_folder(folder(i)); !status) return status;
+    if (auto status = clear_folder(i); !status) return status;
     if (auto status = write_truth(i); !status) return status;
-    for (const char* old : {"/status.json", "/report.json"}) {  // of an earlier run: they would be taken for news
-      std::error_code none;
-      std::filesystem::remove(folder(i) + old, none);
-    }
   }
   for (std::size_t i = 0; i < config_.cameras.size(); ++i)
     if (auto status = start_robot(i); !status) return status;
   links_->start();  // after the forks: a child has no half-copied thread
+  return success();
+}
+
+// What an earlier run left would be taken for this one's.
+Status Fleet::clear_folder(std::size_t number) const {
+  for (const char* name : {"status.json", "report.json", "trajectory.txt", "local.png", "local.glb", "local.ply",
+                           "global.png", "global.glb", "global.ply"}) {
+    std::error_code error;
+    const std::string file = folder(number) + "/" + name;
+    std::filesystem::remove(file, error);
+    if (error) return Error{file, "of an earlier run, cannot be removed: " + error.message()};
+  }
   return success();
 }
 
@@ -79,7 +101,7 @@ Status Fleet::start_robot(std::size_t number) {
   if (!config_.robot_config.empty()) arguments.insert(arguments.end(), {"--config", config_.robot_config});
   auto child = ChildProcess::start(daemon_program_, arguments, folder(number) + "/log.txt");
   if (!child) return child.error();
-  robots_.push_back(std::move(*child));
+  robots_.push_back({std::move(*child), {}});
   return success();
 }
 
@@ -96,13 +118,25 @@ Fleet::End Fleet::wait_until_agreed(StopSignals& signals) {
     if (agreed) return End::agreed;
     if (stopped) return End::stopped;
     if (now() >= limit) return End::out_of_time;
-    for (std::size_t i = 0; i < robots_.size(); ++i) {
-      if (robots_[i].running()) continue;
-      fmt::print(stderr, "onemap-fleet: {} ended too early with {}; see {}/log.txt\n", fleet_robot_name(i),
-                 robots_[i].exit_text(), folder(i));
-      return End::robot_ended;
-    }
+    if (any_ended()) return End::robot_ended;
   }
+}
+
+bool Fleet::any_ended() {
+  bool any = false;
+  for (std::size_t i = 0; i < robots_.size(); ++i) {
+    if (robots_[i].process.running()) continue;
+    any = true;
+    robots_[i].failed = "ended too early with " + robots_[i].process.exit_text();
+    say_failed(i);
+  }
+  return any;
+}
+
+void Fleet::say_failed(std::size_t number) const {
+  const std::string log = folder(number) + "/log.txt";
+  say(fmt::format("{} {}; the end of {}:", fleet_robot_name(number), robots_[number].failed, log));
+  for (const std::string& line : last_lines(log, kLogLines)) fmt::print(stderr, "  {}\n", line);
 }
 
 void Fleet::read_statuses() {
@@ -118,48 +152,68 @@ bool Fleet::all_agree() const {
          });
 }
 
-bool Fleet::stop_robots() {
-  for (ChildProcess& robot : robots_) robot.terminate();
+void Fleet::stop_robots() {
+  for (Robot& robot : robots_) robot.process.terminate();
   const Instant limit = now() + kPatience;
-  bool good = true;
   for (std::size_t i = 0; i < robots_.size(); ++i) {
-    if (!robots_[i].wait(std::max(Duration::zero(), limit - now()))) {
-      fmt::print(stderr, "onemap-fleet: {} does not stop; ending it\n", fleet_robot_name(i));
-      good = false;
-    } else if (robots_[i].exit_code() != 0) {
-      fmt::print(stderr, "onemap-fleet: {}: {}; see {}/log.txt\n", fleet_robot_name(i), robots_[i].exit_text(),
-                 folder(i));
-      good = false;
+    auto& [process, failed] = robots_[i];
+    if (!failed.empty()) continue;
+    if (!process.wait(std::max(Duration::zero(), limit - now()))) {
+      process.kill();
+      failed = fmt::format("did not stop within {} s", kPatience.count());
+    } else if (process.exit_code() != 0 && !is_unfinished(process.exit_code())) {
+      failed = "ended with " + process.exit_text();
     }
+    if (!failed.empty()) say_failed(i);
   }
   links_->stop();
-  return good;
+  read_statuses();
 }
 
-Result<Report> Fleet::collect() const {
+Report Fleet::collect(bool agreed) const {
   std::vector<Report> reports;
-  for (std::size_t i = 0; i < config_.cameras.size(); ++i) {
-    auto report = read_report(folder(i) + "/report.json");
-    if (!report) return report.error();
-    reports.push_back(std::move(*report));
+  for (std::size_t i = 0; i < config_.cameras.size(); ++i) reports.push_back(robot_report(i));
+  return join_reports(reports, agreed);
+}
+
+// What the robot wrote, or what was last known of it.
+Report Fleet::robot_report(std::size_t number) const {
+  const std::string& failed = robots_[number].failed;
+  if (auto report = read_report(folder(number) + "/report.json"); report && report->robots.size() == 1) {
+    report->robots[0].name = fleet_robot_name(number);  // whatever it says: paths are made of it
+    report->robots[0].failed = failed;
+    return *report;
   }
-  return join_reports(reports, all_agree());
+  const RobotStatus& status = statuses_[number];
+  RobotReport robot;
+  robot.name = fleet_robot_name(number);
+  robot.camera = config_.cameras[number];
+  robot.frames = status.frames;
+  robot.tracked = status.tracked;
+  robot.keyframes = status.keyframes;
+  robot.blocks_refused = status.blocks_refused;
+  robot.refused = status.refused;
+  robot.failed = failed.empty() ? "wrote no report" : failed;
+  Report report;
+  report.robots.push_back(std::move(robot));
+  return report;
 }
 
 Report join_reports(const std::vector<Report>& robots, bool all_agreed) {
   Report team;
   team.same_map = all_agreed && !robots.empty();
   for (const Report& robot : robots) {
+    if (team.reference.empty()) {
+      team.reference = robot.reference;
+      team.global_points = robot.global_points;
+    }
     team.robots.insert(team.robots.end(), robot.robots.begin(), robot.robots.end());
     team.merge_ms = std::max(team.merge_ms, robot.merge_ms);
     team.same_map = team.same_map && robot.reference == robots.front().reference &&
                     robot.global_points == robots.front().global_points;
   }
-  if (robots.empty()) return team;
-  team.reference = robots.front().reference;
-  team.global_points = robots.front().global_points;
   for (const RobotReport& robot : team.robots)
-    team.same_map = team.same_map && robot.map_digest == team.robots.front().map_digest;
+    team.same_map = team.same_map && robot.failed.empty() && robot.map_digest == team.robots.front().map_digest;
   return team;
 }
 
@@ -179,16 +233,33 @@ Status Fleet::write_truth(std::size_t number) const {
   return write_text(folder(number) + "/groundtruth.txt", text);
 }
 
-void Fleet::print_result(const Report& report) const {
-  fmt::print("{}\n", to_table(report));
-  fmt::print("maps equal: {}; reference {}; merged in {} ms; {} points\n", report.same_map ? "yes" : "NO",
-             report.reference, report.merge_ms, report.global_points);
-  fmt::print("pictures:\n");
-  for (std::size_t i = 0; i < config_.cameras.size(); ++i) fmt::print("  {0}/local.png  {0}/global.png\n", folder(i));
-  fmt::print("models (glTF and PLY):\n");
-  for (std::size_t i = 0; i < config_.cameras.size(); ++i)
-    fmt::print("  {0}/local.glb  {0}/global.glb  {0}/local.ply  {0}/global.ply\n", folder(i));
-  fmt::print("report: {}/report.json\n", config_.out);
+namespace {
+
+// Those of the files that are there, a line a robot.
+std::string list_files(const Report& report, const std::string& out, const std::string& title,
+                       std::initializer_list<const char*> names) {
+  std::string text;
+  for (const RobotReport& robot : report.robots) {
+    std::string line;
+    for (const char* name : names) {
+      std::error_code none;
+      const std::string file = out + "/" + robot.name + "/" + name;
+      if (std::filesystem::is_regular_file(file, none)) line += "  " + printable(file);
+    }
+    if (!line.empty()) text += line + "\n";
+  }
+  return text.empty() ? text : title + "\n" + text;
+}
+
+}  // namespace
+
+std::string to_text(const Report& report, const std::string& out) {
+  return fmt::format("{}\nmaps equal: {}; reference {}; merged in {} ms; {} points\n", to_table(report),
+                     report.same_map ? "yes" : "NO", report.reference.empty() ? "none" : report.reference,
+                     report.merge_ms, report.global_points) +
+         list_files(report, out, "pictures:", {"local.png", "global.png"}) +
+         list_files(report, out, "models (glTF and PLY):", {"local.glb", "global.glb", "local.ply", "global.ply"}) +
+         "report: " + printable(out) + "/report.json\n";
 }
 
 }  // namespace onemap::daemon

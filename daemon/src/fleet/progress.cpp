@@ -40,8 +40,8 @@ void Progress::redraw(const std::vector<RobotStatus>& robots) {
 void Progress::print_line(const std::vector<RobotStatus>& robots) const {
   std::string text;
   for (std::size_t i = 0; i < robots.size(); ++i)
-    text += fmt::format("{}{} {} {} %", i == 0 ? "" : ", ", names_[i], robots[i].agreed ? "agreed" : robots[i].state,
-                        percent(robots[i]));
+    text += fmt::format("{}{} {} {} % ({} keyframes)", i == 0 ? "" : ", ", names_[i],
+                        robots[i].agreed ? "agreed" : robots[i].state, percent(robots[i]), robots[i].keyframes);
   fmt::print(stderr, "{}\n", text);
 }
 

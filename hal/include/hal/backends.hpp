@@ -4,8 +4,10 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "hal/base/result.hpp"
+#include "hal/base/time.hpp"
 #include "hal/depth_camera.hpp"
 
 namespace onemap::hal {
@@ -17,17 +19,43 @@ struct CameraAddress {
   std::string path;                            // before '?'
   std::map<std::string, std::string> options;  // after '?', key=value joined by '&'
   std::string text;                            // as given, for messages
+  // Not part of the text: what a live backend adds to the kernel's monotonic stamps to get FrameTime. From whoever has
+  // a clock; without one a stamp is counted from the machine's start.
+  Duration clock_offset{};
 };
 Result<CameraAddress> parse_camera_address(std::string_view text);
+
+// A camera that a backend found on this machine.
+struct CameraInfo {
+  std::string address;      // opens it
+  std::string description;  // for people: model, serial number, bus
+  std::string abilities;    // for people: formats, sizes, frame rates
+  std::string problem;      // why it cannot be used; empty when it can
+  bool operator==(const CameraInfo&) const = default;
+};
 
 // One row of the backend table. The table itself is explicit and lives with whoever links the backends (the daemon).
 struct Backend {
   std::string_view name;
   std::string_view description;  // for --help: what it opens, with its address form
   Result<std::unique_ptr<DepthCamera>> (*open)(const CameraAddress& address);
+  Status (*check)(const CameraAddress& address) = nullptr;  // the address's form alone: nothing is touched
+  // What is there now, the best first, without disturbing a camera in use. Null for what is not found but named
+  // (recordings, simulations).
+  std::vector<CameraInfo> (*list)() = nullptr;
 };
 
+// Whether open_camera() understands the address: its form, its backend, and what that knows of it without looking. The
+// camera may still not be there.
+Status check_address(std::span<const Backend> table, std::string_view address);
+
 // Finds the address's backend in the table and opens the camera; an unknown backend's error lists the known ones.
-Result<std::unique_ptr<DepthCamera>> open_camera(std::span<const Backend> table, std::string_view address);
+// `auto` is the first usable camera that the table's backends list, in the table's order; the error names every camera
+// that cannot be used and why.
+Result<std::unique_ptr<DepthCamera>> open_camera(std::span<const Backend> table, std::string_view address,
+                                                 Duration clock_offset = {});
+
+// Every camera that the table's backends find on this machine, in the table's order.
+std::vector<CameraInfo> list_cameras(std::span<const Backend> table);
 
 }  // namespace onemap::hal

@@ -18,9 +18,10 @@ struct Intrinsics {
 };
 
 // A view of one RGB-D frame; the memory belongs to a FramePool slot. rgb: height x width x 3 bytes, row by row; depth:
-// height x width values, 0 = no reading. Camera frame: x right, y down, z forward. time is the colour image's time.
+// height x width values, 0 = no reading. Camera frame: x right, y down, z forward.
 struct FrameView {
-  FrameTime time{};
+  FrameTime colour_time{};  // the frame's own time: poses belong to it
+  FrameTime depth_time{};   // when depth was measured; equal to colour_time where the camera does not tell
   std::uint64_t index = 0;  // number of the frame in its stream, from 0, gaps where frames were skipped
   const Intrinsics* intrinsics = nullptr;
   std::span<const std::uint8_t> rgb;

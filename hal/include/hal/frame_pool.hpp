@@ -12,6 +12,15 @@ namespace onemap::hal {
 
 class FramePool;
 
+// Depth that lies in a device's own memory, height x width values: shown by a frame instead of the pool's, so that it
+// is not copied. When the frame ends, on whatever thread that is, the lender gets the buffer back.
+struct DepthLoan {
+  std::span<const std::uint16_t> depth;
+  std::shared_ptr<void> lender;  // keeps the memory in place while a frame shows it
+  void (*give_back)(void* lender, std::uint32_t buffer) = nullptr;
+  std::uint32_t buffer = 0;
+};
+
 // A frame's memory on loan from the pool; returns it when destroyed. Moves, never copies.
 class Frame {
  public:
@@ -23,17 +32,21 @@ class Frame {
   ~Frame();
 
   explicit operator bool() const { return pool_ != nullptr; }
-  FrameTime time{};
+  FrameTime colour_time{}, depth_time{};
   std::uint64_t index = 0;
   std::span<std::uint8_t> rgb() const;
-  std::span<std::uint16_t> depth() const;
-  FrameView view() const;
+  std::span<std::uint16_t> depth() const;  // the pool's memory, whether or not something is borrowed
+  void borrow(DepthLoan loan);             // until the frame ends or depth is borrowed or returned anew
+  void return_loan();
+  FrameView view() const;  // of the borrowed depth, if there is any
 
  private:
   friend class FramePool;
   Frame(FramePool* pool, std::size_t slot) : pool_(pool), slot_(slot) {}
+  void release();
   FramePool* pool_ = nullptr;
   std::size_t slot_ = 0;
+  DepthLoan loan_;
 };
 
 // A fixed number of frame buffers, allocated once. Thread safe. It must outlive its frames.

@@ -35,11 +35,8 @@ Matrix3d orthonormal(const Matrix3d& R);
 // left.
 Pose small_motion(const Vector6d& wv);
 
-// Angle of a rotation in radians (for reports and thresholds), 0..pi.
-double rotation_angle(const Matrix3d& R);
-
-// Roll, pitch, yaw in radians with R = Rz(yaw) Ry(pitch) Rx(roll) (eq. 8).
-Vector3d roll_pitch_yaw(const Matrix3d& R);
+// The cosine of a rotation's angle: thresholds on angles are compared as cosines, without an inverse function.
+inline double rotation_cosine(const Matrix3d& R) { return 0.5 * (R.trace() - 1); }
 
 // A pose as integers, as it stands in records: translation in units of 10 micrometres, quaternion (w x y z, w >= 0)
 // in units of 2^-30; farther than 21 km becomes 21 km. Converting back gives the same doubles on every machine.

@@ -1,26 +1,13 @@
+#include "mapping/local/fundamental.hpp"
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 
-#include "local/random.hpp"
-#include "mapping/local/ransac.hpp"
+#include "local/ransac_sampling.hpp"
 
 namespace onemap::mapping {
-
-std::string_view to_string(RansacReason reason) {
-  switch (reason) {
-    case RansacReason::ok:
-      return "ok";
-    case RansacReason::too_few_matches:
-      return "too_few_matches";
-    case RansacReason::degenerate:
-      return "degenerate";
-    case RansacReason::too_few_inliers:
-      return "too_few_inliers";
-  }
-  return "unknown";
-}
 
 namespace {
 
@@ -204,7 +191,7 @@ RansacResult FundamentalRansac::estimate(Points r, Points s, std::span<std::uint
   int needed = config_.max_iterations;
   while (result.iterations < needed && result.inliers < static_cast<int>(n)) {
     ++result.iterations;
-    if (!accept_better(eight_point.from_sample(random.sample<8>(n)))) continue;
+    if (!accept_better(eight_point.from_sample(sample<8>(random, n)))) continue;
     // A sample of eight noisy points is a poor fit even without outliers: improve it before it is judged.
     for (int k = 0; k < 3 && result.inliers >= 12 && result.inliers < static_cast<int>(n); ++k) {
       if (!accept_better(eight_point.from_inliers(inlier))) break;

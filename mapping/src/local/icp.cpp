@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "local/sensor_noise.hpp"
+#include "mapping/local/depth_range.hpp"
 
 namespace onemap::mapping {
 
@@ -28,13 +29,6 @@ std::string_view to_string(IcpReason reason) {
 namespace {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
-
-constexpr double kNoiseSigmas = 3;        // the robust scale never falls below the sensor's noise
-constexpr double kFirstRobust = 2;        // of the largest distance
-constexpr double kSearchRobust_m = 0.05;  // above it a point looks for its nearest cell, below it takes its own
-constexpr double kLastRobust_m = 0.003;   // below it the noise rules
-constexpr double kFlicker = 10;    // steps this near to the stop that no longer shrink: points flip between two cells
-constexpr double kWeakest = 3e-4;  // see System::weakest
 
 // The normal equations of the point-to-plane error at one pose, for a left-multiplied small_motion.
 struct System {
@@ -96,8 +90,9 @@ void walk_to_nearest(const OrganizedCloud& target, const Vector3f& p, int& u, in
 
 // Projective association: the target's cell that the point falls on. On a slanted surface that cell is farther away
 // than the surface is, so the gate is on the distance from the surface, and a wider one on that from the cell.
-System linearise(const OrganizedCloud& target, std::span<const Vector3f> source, const Pose& T, double max_distance_m,
+System linearise(const OrganizedCloud& target, std::span<const Vector3f> source, const Pose& T, const IcpConfig& config,
                  double robust_m) {
+  const double max_cell_m = config.cell_gate * config.max_distance_m;
   System system;
   for (const Vector3f& s : source) {
     if (!(s.z() >= kMinDepth_m)) continue;
@@ -106,14 +101,14 @@ System linearise(const OrganizedCloud& target, std::span<const Vector3f> source,
     const double u_px = target.fx * p.x() / p.z() + target.cx + 0.5, v_px = target.fy * p.y() / p.z() + target.cy + 0.5;
     if (!(u_px >= 0 && v_px >= 0 && u_px < target.width && v_px < target.height)) continue;
     int u = static_cast<int>(u_px), v = static_cast<int>(v_px);
-    if (robust_m > kSearchRobust_m) walk_to_nearest(target, p.cast<float>(), u, v);
+    if (robust_m > config.search_robust_m) walk_to_nearest(target, p.cast<float>(), u, v);
     const auto i = target.index(u, v);
     const Vector3d q = target.points[i].cast<double>(), n = target.normals[i].cast<double>();
     if (q.z() == 0 || n.squaredNorm() == 0) continue;
     const Vector3d d = p - q;
     const double r = n.dot(d);
-    if (std::abs(r) > max_distance_m || d.squaredNorm() > 4 * max_distance_m * max_distance_m) continue;
-    const double sigma = depth_sigma(q.z()), k = std::max(robust_m, kNoiseSigmas * sigma);
+    if (std::abs(r) > config.max_distance_m || d.squaredNorm() > max_cell_m * max_cell_m) continue;
+    const double sigma = depth_sigma(q.z()), k = std::max(robust_m, config.noise_sigmas * sigma);
     const double robust = k * k / (k * k + r * r);  // Geman and McClure
     system.add(p, n, r, robust * robust / (sigma * sigma));
   }
@@ -129,10 +124,9 @@ Vector6d solve(const System& system) {
 }
 
 // The robust scale is wide at first, lingers while the clouds still move, and drops when they rest at it.
-double next_robust(double robust_m, const Vector6d& step, double depth_m) {
-  constexpr double kRest = 0.1, kLinger = 0.8, kDrop = 0.35;
+double next_robust(const IcpConfig& config, double robust_m, const Vector6d& step, double depth_m) {
   const double motion_m = depth_m * step.head<3>().norm() + step.tail<3>().norm();
-  return robust_m * (motion_m < kRest * robust_m ? kDrop : kLinger);
+  return robust_m * (motion_m < config.rest * robust_m ? config.drop : config.linger);
 }
 
 }  // namespace
@@ -142,11 +136,11 @@ Icp::Icp(const IcpConfig& config) : config_(config) {}
 IcpResult Icp::align(const OrganizedCloud& target, std::span<const Vector3f> source, const Pose& T0) const {
   IcpResult result;
   result.T_target_source = T0;
-  double robust_m = kFirstRobust * config_.max_distance_m;
+  double robust_m = config_.first_robust * config_.max_distance_m;
   double last_size = 0;
   bool settled = false;
   for (;; ++result.iterations) {
-    const System system = linearise(target, source, result.T_target_source, config_.max_distance_m, robust_m);
+    const System system = linearise(target, source, result.T_target_source, config_, robust_m);
     result.inliers = system.inliers;
     result.information = system.H;
     result.gradient = system.g;
@@ -154,9 +148,9 @@ IcpResult Icp::align(const OrganizedCloud& target, std::span<const Vector3f> sou
     result.reason = IcpReason::too_few_inliers;
     if (system.inliers < std::max(6, config_.min_inliers)) return result;
     if (settled || result.iterations >= config_.max_iterations) {
-      result.reason = system.weakest() < kWeakest ? IcpReason::degenerate
-                      : settled                   ? IcpReason::converged
-                                                  : IcpReason::iteration_limit;
+      result.reason = system.weakest() < config_.weakest_direction ? IcpReason::degenerate
+                      : settled                                    ? IcpReason::converged
+                                                                   : IcpReason::iteration_limit;
       result.converged = result.reason == IcpReason::converged;
       return result;
     }
@@ -164,10 +158,10 @@ IcpResult Icp::align(const OrganizedCloud& target, std::span<const Vector3f> sou
     result.T_target_source = small_motion(step) * result.T_target_source;
     const double size =
         std::max(step.head<3>().norm() / config_.stop_rotation_rad, step.tail<3>().norm() / config_.stop_translation_m);
-    const bool flickers = size < kFlicker && size > 0.7 * last_size;
-    settled = robust_m < kLastRobust_m && (size < 1 || flickers);
+    const bool flickers = size < config_.flicker && size > config_.flicker_shrink * last_size;
+    settled = robust_m < config_.last_robust_m && (size < 1 || flickers);
     last_size = size;
-    robust_m = next_robust(robust_m, step, system.depth_sum / system.inliers);
+    robust_m = next_robust(config_, robust_m, step, system.depth_sum / system.inliers);
   }
 }
 

@@ -3,6 +3,8 @@
 #include <array>
 #include <cmath>
 
+#include "floor_int.hpp"
+#include "mapping/local/depth_range.hpp"
 #include "mapping/local/voxel_map.hpp"
 
 namespace onemap::mapping {
@@ -23,11 +25,6 @@ bool finite_and_near(const Pose& pose) {
   return true;
 }
 
-std::int32_t floor_int(float x) {
-  const auto i = static_cast<std::int32_t>(x);
-  return i - (static_cast<float>(i) > x ? 1 : 0);
-}
-
 // The noise of structured light grows with the square of the depth, so information falls with its fourth power; the
 // square is the usual compromise that keeps far surfaces alive: 16 at 1 m, 4 at 2 m, 1 at 4 m.
 int observation_weight(float depth_m) {
@@ -43,7 +40,8 @@ struct Row {
 
 }  // namespace
 
-struct VoxelMap::Camera {
+// Where the frame that is being fused was seen from.
+struct VoxelMap::Viewpoint {
   Pose T_camera_map;
   Vector3f step_x, step_y, step_z;  // one voxel along each axis of the map, in the camera frame
   Vector3f origin_block;            // camera centre in the map, in blocks
@@ -69,8 +67,8 @@ void VoxelMap::touch_segment(const Vector3f& from, const Vector3f& to) {
   int steps = 0;
   for (int i = 0; i < 3; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    at[k] = floor_int(from[i]);
-    const std::int32_t cells = floor_int(to[i]) - at[k];
+    at[k] = floor_int<std::int32_t>(from[i]);
+    const std::int32_t cells = floor_int<std::int32_t>(to[i]) - at[k];
     steps += cells < 0 ? -cells : cells;
     const float length = to[i] - from[i];
     direction[k] = cells < 0 ? -1 : 1;
@@ -88,7 +86,7 @@ void VoxelMap::touch_segment(const Vector3f& from, const Vector3f& to) {
 }
 
 // Step 1: the blocks that the truncation bands of the seen surface reach.
-void VoxelMap::touch_seen_blocks(const Camera& camera) {
+void VoxelMap::touch_seen_blocks(const Viewpoint& from) {
   seen_.clear();
   const float inv_fx = 1 / view_.fx(), inv_fy = 1 / view_.fy();
   const int stride = view_.fx() > kRaysPerUnit ? static_cast<int>(view_.fx() / kRaysPerUnit) : 1;
@@ -98,32 +96,32 @@ void VoxelMap::touch_seen_blocks(const Camera& camera) {
     for (int u = 1 + stride / 2; u < view_.width() - 1; u += stride) {
       if (depth[u] == 0) continue;
       const Vector3f ray((static_cast<float>(u) + 0.5f - view_.cx()) * inv_fx, y, 1);
-      const Vector3f direction = camera.R_block_camera * ray;
+      const Vector3f direction = from.R_block_camera * ray;
       // A truncation that is deeper than the depth does not reach behind the camera.
-      touch_segment(camera.origin_block + direction * std::max(kMinDepth_m, depth[u] - config_.truncation_m),
-                    camera.origin_block + direction * (depth[u] + config_.truncation_m));
+      touch_segment(from.origin_block + direction * std::max(kMinDepth_m, depth[u] - config_.truncation_m),
+                    from.origin_block + direction * (depth[u] + config_.truncation_m));
     }
   }
 }
 
 // Step 2: every voxel of a touched block gets the signed distance (along the optical axis) to the surface at its pixel.
-bool VoxelMap::fuse_block(const Camera& camera, std::size_t block, std::span<const std::uint8_t> rgb) {
+bool VoxelMap::fuse_block(const Viewpoint& from, std::size_t block, std::span<const std::uint8_t> rgb) {
   const BlockKey key = keys_[block];
   const double voxel_m = config_.voxel_m;
   const Vector3d corner = Vector3d(key.x, key.y, key.z) * (kBlockSide * voxel_m);
-  const Vector3f first = (camera.T_camera_map * (corner + Vector3d::Constant(0.5 * voxel_m))).cast<float>();
+  const Vector3f first = (from.T_camera_map * (corner + Vector3d::Constant(0.5 * voxel_m))).cast<float>();
   const float right = static_cast<float>(view_.width() - 1), bottom = static_cast<float>(view_.height() - 1);
   const float fx = view_.fx(), fy = view_.fy(), cx = view_.cx(), cy = view_.cy();
   const float width = static_cast<float>(view_.width());
   const float truncation = config_.truncation_m, to_units = static_cast<float>(kTsdfOne) / truncation;
   const float color_band = kColorBand_voxels * config_.voxel_m;
   const float* depth = view_.depth_m();
-  const float sx = camera.step_x[0], sy = camera.step_x[1], sz = camera.step_x[2];
+  const float sx = from.step_x[0], sy = from.step_x[1], sz = from.step_x[2];
   Voxel* voxel = &voxels_[block * kBlockVoxels];
   bool changed = false;
   for (int z = 0; z < kBlockSide; ++z) {
     for (int y = 0; y < kBlockSide; ++y, voxel += kBlockSide) {
-      const Vector3f p = first + camera.step_y * static_cast<float>(y) + camera.step_z * static_cast<float>(z);
+      const Vector3f p = first + from.step_y * static_cast<float>(y) + from.step_z * static_cast<float>(z);
       const float px = p[0], py = p[1], pz = p[2];
       Row row;
       for (std::size_t i = 0; i < kBlockSide; ++i) {
@@ -164,20 +162,20 @@ void VoxelMap::integrate(const hal::FrameView& frame, const RayTable& rays, cons
   }
   ++counters_.integrated_frames;
   view_.load(frame, rays, config_.max_depth_m);
-  Camera camera;
-  camera.T_camera_map = T_map_camera.inverse();
+  Viewpoint from;
+  from.T_camera_map = T_map_camera.inverse();
   const double voxel_m = config_.voxel_m, block_m = kBlockSide * voxel_m;
-  camera.step_x = (camera.T_camera_map.R.col(0) * voxel_m).cast<float>();
-  camera.step_y = (camera.T_camera_map.R.col(1) * voxel_m).cast<float>();
-  camera.step_z = (camera.T_camera_map.R.col(2) * voxel_m).cast<float>();
-  camera.origin_block = (T_map_camera.t / block_m).cast<float>();
-  camera.R_block_camera = (T_map_camera.R / block_m).cast<float>();
+  from.step_x = (from.T_camera_map.R.col(0) * voxel_m).cast<float>();
+  from.step_y = (from.T_camera_map.R.col(1) * voxel_m).cast<float>();
+  from.step_z = (from.T_camera_map.R.col(2) * voxel_m).cast<float>();
+  from.origin_block = (T_map_camera.t / block_m).cast<float>();
+  from.R_block_camera = (T_map_camera.R / block_m).cast<float>();
   missing_.begin_frame();
-  touch_seen_blocks(camera);
+  touch_seen_blocks(from);
   counters_.blocks_refused += missing_.count();
   counters_.frames_short += missing_.count() > 0;
   for (const std::int32_t block : seen_)
-    if (fuse_block(camera, static_cast<std::size_t>(block), frame.rgb)) changed_[static_cast<std::size_t>(block)] = 1;
+    if (fuse_block(from, static_cast<std::size_t>(block), frame.rgb)) changed_[static_cast<std::size_t>(block)] = 1;
 }
 
 }  // namespace onemap::mapping

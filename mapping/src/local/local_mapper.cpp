@@ -1,204 +1,146 @@
 #include "mapping/local/local_mapper.hpp"
 
-#include <array>
 #include <cassert>
-#include <cmath>
+#include <optional>
 
-#include "tracking/mapper_impl.hpp"
+#include "surface_builder.hpp"
+#include "tracking/front_end.hpp"
+#include "tracking/keyframe_map.hpp"
+#include "tracking/keyframe_record.hpp"
+#include "tracking/sealed_trajectory.hpp"
+#include "tracking/tracker.hpp"
 
 namespace onemap::mapping {
 
 namespace {
 
-double cosine_of_degrees(double degrees) { return std::cos(degrees * 0.017453292519943295); }
+constexpr std::size_t kTrajectoryRing = 16384, kPoseBatch = 256;
 
-FundamentalConfig fundamental_config(const hal::Intrinsics& k, std::uint64_t seed) {
-  FundamentalConfig config;
-  config.threshold = 2.0 / (0.5 * (k.fx + k.fy));
-  config.seed = seed;
-  return config;
+FrontEndConfig front_end_config(const LocalMapperConfig& c) {
+  FrontEndConfig out;
+  out.features = c.features;
+  out.max_features = c.max_features;
+  return out;
 }
 
-VoxelMapConfig voxel_config(VoxelMapConfig config, const hal::Intrinsics& k) {
-  config.image_pixels = static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height);
-  return config;
+KeyframeMapConfig keyframe_map_config(const LocalMapperConfig& c) {
+  return {c.max_keyframes, c.max_features, c.keyframe_translation_m, c.keyframe_rotation_deg};
 }
 
-RigidConfig rigid_config(std::uint64_t seed) {
-  RigidConfig config;
-  config.seed = seed ^ 0x9E3779B97F4A7C15u;
-  return config;
+SurfaceBuilderConfig surface_config(const LocalMapperConfig& c, const hal::Intrinsics& k) {
+  SurfaceBuilderConfig out{c.map, c.min_motion_m, c.min_motion_deg};
+  out.map.image_pixels = static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height);
+  return out;
 }
 
 }  // namespace
 
-std::string_view to_string(Step step) {
-  constexpr std::array<std::string_view, kSteps> names{"gray",   "features", "cloud",  "match",    "fundamental",
-                                                       "ransac", "icp",      "refine", "keyframe", "integrate"};
-  return step < Step::count ? names[static_cast<std::size_t>(step)] : "count";
-}
+struct LocalMapper::Impl {
+  Impl(const LocalMapperConfig& c, const hal::Intrinsics& k)
+      : front_end(front_end_config(c), k),
+        keyframes(keyframe_map_config(c), k),
+        tracker({c.max_features, c.seed}, k, front_end.make_observed()),
+        surface(surface_config(c, k)),
+        trajectory(kTrajectoryRing),
+        seen(front_end.make_observed()) {}
 
-std::string_view to_string(TrackReason reason) {
-  constexpr std::array<std::string_view, static_cast<std::size_t>(TrackReason::count)> names{
-      "ok",
-      "first frame",
-      "too few features",
-      "too few matches",
-      "fundamental matrix failed",
-      "too few coherent depths",
-      "3D RANSAC failed",
-      "ICP failed",
-      "inconsistent motion",
-      "time not increasing"};
-  return reason < TrackReason::count ? names[static_cast<std::size_t>(reason)] : "count";
-}
+  FrameReport process(const hal::FrameView& frame);
+  bool is_later(FrameTime time);
+  void refuse(TrackReason reason, FrameReport& report);
+  void lose(TrackReason reason, FrameReport& report);
+  Pose settle(const hal::FrameView& frame, const Placed& placed, FrameReport& report);
+  void finish();
 
-LocalMapper::Impl::Impl(const LocalMapperConfig& c, const hal::Intrinsics& k)
-    : config(c),
-      intrinsics(k),
-      rays(k),
-      focal_px(0.5 * (k.fx + k.fy)),
-      keyframe_cos(cosine_of_degrees(c.keyframe_rotation_deg)),
-      motion_cos(cosine_of_degrees(c.min_motion_deg)),
-      jump_cos(cosine_of_degrees(60)),
-      gray(static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height)),
-      matcher({}, static_cast<std::size_t>(c.max_features)),
-      fundamental(fundamental_config(k, c.seed), static_cast<std::size_t>(c.max_features)),
-      rigid(rigid_config(c.seed), static_cast<std::size_t>(c.max_features)),
-      icp(IcpConfig{}),
-      voxel_grid(kCloudLeaf_m, gray.size() / (kCloudStride * kCloudStride) + 1024),
-      search(k, static_cast<std::size_t>(c.max_features)),
-      adjuster(kMaxLocalLandmarks, kMaxWindowObservations),
-      map(static_cast<std::size_t>(c.max_keyframes),
-          static_cast<std::size_t>(c.max_keyframes) * static_cast<std::size_t>(c.max_features) / 2,
-          static_cast<std::size_t>(c.max_features)),
-      voxels(voxel_config(c.map, k)),
-      trajectory(kTrajectoryRing) {
-  const auto n = static_cast<std::size_t>(c.max_features);
-  if (c.features == DescriptorKind::surf) {
-    SurfConfig s;
-    s.max_features = c.max_features;
-    surf.emplace(s, k.width, k.height);
-  } else {
-    orb.emplace(OrbConfig{c.max_features}, k.width, k.height);
-  }
-  current.reserve(n);
-  previous.reserve(n);
-  current.set.kind = previous.set.kind = c.features;
-  local_landmarks.reserve(kMaxLocalLandmarks);
-  raw_points.resize(gray.size() / (kCloudStride * kCloudStride) + 1024);
-  source.resize(raw_points.size());
-  matches.reserve(n);
-  kept.reserve(n);
-  coherent.reserve(n);
-  pair_of.reserve(n);
-  rays_r.reserve(n);
-  rays_s.reserve(n);
-  points_r.reserve(n);
-  points_s.reserve(n);
-  observations.reserve(n);
-  observation_feature.reserve(n);
-  // The first call of each takes its memory.
-  const std::vector<std::uint16_t> no_depth(gray.size());
-  organize(no_depth, k, kGridWidth, kGridHeight, seen);
-  store_grid(seen, map.keyframe(0));
-  grid_cloud(map.keyframe(0), restored);
-  target = &seen;
-}
+  FrontEnd front_end;
+  KeyframeMap keyframes;
+  Tracker tracker;
+  SurfaceBuilder surface;
+  SealedTrajectory trajectory;
+  StepHook begin;
+  LocalMapperCounters counters;
+  Observed seen;                       // the frame that is being processed
+  std::optional<FrameTime> last_time;  // of the last frame whose time was in order
+};
 
-void LocalMapper::Impl::integrate(const hal::FrameView& frame, const Pose& T_camera_world, FrameReport& report) {
-  begin(Step::integrate);
-  const Pose moved = T_integrated_world * T_camera_world.inverse();
-  if (integrated_once && moved.t.squaredNorm() < config.min_motion_m * config.min_motion_m &&
-      rotation_cosine(moved.R) > motion_cos)
-    return;
-  voxels.integrate(frame, rays, T_camera_world.inverse());
-  T_integrated_world = T_camera_world;
-  integrated_once = report.integrated = true;
-  ++counters.integrated;
-  counters.blocks_refused = voxels.counters().blocks_refused;
-  counters.frames_short = voxels.counters().frames_short;
-}
-
-// The frame is placed: reference, keyframe, trajectory, map.
-void LocalMapper::Impl::follow(const hal::FrameView& frame, const Pose& T, FrameReport& report) {
-  begin(Step::keyframe);
-  report.relocalized = state == TrackState::lost;
-  counters.relocalized += report.relocalized;
-  state = TrackState::tracking;
-  ++counters.tracked;
-  ++frames_since_keyframe;
-  if (counters.keyframes > 0) choose_reference();
-  Pose T_camera_world = T;
-  if (counters.keyframes == 0 || wants_keyframe(T, report.inliers)) {
-    add_keyframe(frame, T);
-    report.keyframe_added = true;
-    T_camera_world = map.keyframe(reference).T_camera_world;
-  }
-  trajectory.add(map, frame.time, reference, map.keyframe(reference).T_camera_world * T_camera_world.inverse());
-  integrate(frame, T_camera_world, report);
-  T_previous_world = T_camera_world;
-  std::swap(current, previous);
-  previous_time = frame.time;
-  placed = true;
-  report.state = state;
-  report.reference_keyframe = map.keyframe(reference).index;
-  report.T_robot_camera = T_camera_world.inverse();
-}
-
-void LocalMapper::Impl::lose(FrameReport& report, TrackReason reason) {
-  counters.times_lost += state == TrackState::tracking;
-  if (state == TrackState::tracking) state = TrackState::lost;
-  ++counters.lost;
-  placed = false;
-  refuse(report, reason);
-}
-
-// The frame is not used. What is known of the camera stays as it is.
-void LocalMapper::Impl::refuse(FrameReport& report, TrackReason reason) {
-  ++counters.refused[static_cast<std::size_t>(reason)];
-  report.reason = reason;
-  report.state = state;
-}
-
+// The paper's section 3.
 FrameReport LocalMapper::Impl::process(const hal::FrameView& frame) {
   FrameReport report;
-  matched = false;
   ++counters.frames;
-  if (last_time && frame.time <= *last_time) {
-    refuse(report, TrackReason::time_not_increasing);
+  if (!is_later(frame.colour_time)) {
+    tracker.skip();
+    refuse(TrackReason::time_not_increasing, report);
     return report;
   }
-  last_time = frame.time;
-  detect(frame);
-  report.features = static_cast<int>(current.size());
-  if (report.features < 15) {
-    lose(report, TrackReason::too_few_features);
-  } else if (counters.keyframes == 0) {
-    int with_depth = 0;
-    for (std::size_t i = 0; i < current.size(); ++i) with_depth += current.has_depth(i);
-    if (with_depth < kKeyframeMinInliers) {
-      lose(report, TrackReason::depth_incoherent);
-    } else {
-      report.reason = TrackReason::first_frame;
-      report.inliers = with_depth;
-      follow(frame, Pose{}, report);
-    }
+  // SURF features with their points, eq. (5), and the voxel grid's cloud, figure 7.
+  front_end.observe(frame, begin, seen);
+  report.features = static_cast<int>(seen.features.size());
+
+  // Cross check, fundamental matrix, eq. (6), coherent depths, 3D RANSAC and ICP, figures 4 to 6, and with them eq.
+  // (7).
+  const Placed placed = tracker.locate(seen, keyframes, begin);
+  report.matches = placed.matches;
+  report.inliers = placed.inliers;
+  if (placed.ok()) {
+    // What the next frames are placed by, so that the chain of eq. (7) does not drift; position and rotation, eq. (8).
+    begin(Step::keyframe);
+    const Pose T_camera_robot = settle(frame, placed, report);
+
+    // Points in the local reference, known ones refined; a frame that hardly moved is left out, figure 8.
+    begin(Step::integrate);
+    report.integrated = surface.integrate(frame, front_end.rays(), T_camera_robot);
+    counters.integrated += report.integrated;
+    tracker.follow(seen, frame.colour_time, T_camera_robot);
+    report.state = tracker.state();
   } else {
-    make_source(frame);
-    Pose T_camera_world;
-    TrackReason reason = locate(report, T_camera_world);
-    const Pose jump = T_previous_world * T_camera_world.inverse();
-    if (reason == TrackReason::ok && state == TrackState::tracking &&
-        (jump.t.squaredNorm() > 0.25 || rotation_cosine(jump.R) < jump_cos))
-      reason = TrackReason::inconsistent_motion;
-    if (reason == TrackReason::ok)
-      follow(frame, T_camera_world, report);
-    else
-      lose(report, reason);
+    lose(placed.reason, report);
   }
   begin(Step::count);
   return report;
+}
+
+bool LocalMapper::Impl::is_later(FrameTime time) {
+  if (last_time && time <= *last_time) return false;
+  last_time = time;
+  return true;
+}
+
+// The frame is not used. What is known of the camera stays as it is.
+void LocalMapper::Impl::refuse(TrackReason reason, FrameReport& report) {
+  ++counters.refused[static_cast<std::size_t>(reason)];
+  report.reason = reason;
+  report.state = tracker.state();
+}
+
+void LocalMapper::Impl::lose(TrackReason reason, FrameReport& report) {
+  counters.times_lost += tracker.state() == TrackState::tracking;
+  ++counters.lost;
+  tracker.lose();
+  refuse(reason, report);
+}
+
+// The frame is placed: its reference, perhaps a keyframe, and its place in the trajectory. The pose that it has then.
+Pose LocalMapper::Impl::settle(const hal::FrameView& frame, const Placed& placed, FrameReport& report) {
+  Pose T_camera_robot = placed.T_camera_robot;
+  report.reason = placed.reason;
+  report.relocalized = tracker.state() == TrackState::lost;
+  counters.relocalized += report.relocalized;
+  ++counters.tracked;
+  report.keyframe_added = keyframes.follow(seen.features, T_camera_robot, placed.inliers);
+  if (report.keyframe_added) {
+    const auto sealed = keyframes.add(frame, T_camera_robot, seen.features);
+    if (sealed) trajectory.seal(keyframes.landmarks(), *sealed);
+    T_camera_robot = keyframes.reference().T_camera_robot;
+  }
+  trajectory.add(keyframes.landmarks(), frame.colour_time, keyframes.reference_slot(),
+                 keyframes.reference().T_camera_robot * T_camera_robot.inverse());
+  report.reference_keyframe = keyframes.reference().index;
+  report.T_robot_camera = T_camera_robot.inverse();
+  return T_camera_robot;
+}
+
+void LocalMapper::Impl::finish() {
+  while (const auto sealed = keyframes.seal_oldest()) trajectory.seal(keyframes.landmarks(), *sealed);
+  surface.finish();
 }
 
 LocalMapper::LocalMapper(const LocalMapperConfig& config, const hal::Intrinsics& intrinsics)
@@ -207,47 +149,41 @@ LocalMapper::LocalMapper(const LocalMapperConfig& config, const hal::Intrinsics&
 }
 LocalMapper::~LocalMapper() = default;
 
-void LocalMapper::set_step_hook(StepHook hook) { impl_->hook = hook; }
+void LocalMapper::set_step_hook(StepHook hook) { impl_->begin = hook; }
 FrameReport LocalMapper::process(const hal::FrameView& frame) { return impl_->process(frame); }
-VoxelMap& LocalMapper::map() { return impl_->voxels; }
-const VoxelMap& LocalMapper::map() const { return impl_->voxels; }
-const LocalMapperCounters& LocalMapper::counters() const { return impl_->counters; }
-
-void LocalMapper::finish() {
-  while (impl_->window_size > 0) impl_->seal_oldest();
-}
+void LocalMapper::finish() { impl_->finish(); }
+VoxelMap& LocalMapper::map() { return impl_->surface.voxels(); }
+const VoxelMap& LocalMapper::map() const { return impl_->surface.voxels(); }
+bool LocalMapper::take_submap(SubmapRecord& out) { return impl_->surface.take_submap(out); }
+bool LocalMapper::take_poses(TrajectoryRecord& out) { return impl_->trajectory.take(out.poses, kPoseBatch); }
+MatchPicture LocalMapper::last_matches() const { return impl_->tracker.last_matches(impl_->seen, impl_->keyframes); }
 
 bool LocalMapper::take_keyframe(KeyframeRecord& out) {
-  const MapKeyframe* keyframe = impl_->map.take_sealed();
+  const MapKeyframe* keyframe = impl_->keyframes.take_sealed();
   if (keyframe != nullptr) fill_record(*keyframe, out);
   return keyframe != nullptr;
 }
-
-bool LocalMapper::take_poses(TrajectoryRecord& out) { return impl_->trajectory.take(out.poses, kPoseBatch); }
 
 void LocalMapper::reserve_record(KeyframeRecord& out, const LocalMapperConfig& config) {
   out.features.reserve(static_cast<std::size_t>(config.max_features));
   out.grid.depth.reserve(static_cast<std::size_t>(kGridWidth) * kGridHeight);
 }
 
-std::size_t LocalMapper::bytes() const {
-  const Impl& m = *impl_;
-  return m.map.bytes() + m.voxels.bytes() + m.adjuster.bytes() + m.trajectory.bytes() + m.voxel_grid.bytes() +
-         (m.surf ? m.surf->bytes() : 0) + m.gray.size() * (1 + 2 * sizeof(float)) +
-         m.raw_points.size() * 2 * sizeof(Vector3f) +
-         static_cast<std::size_t>(kGridWidth) * kGridHeight * 4 * sizeof(Vector3f);
+LocalMapperCounters LocalMapper::counters() const {
+  LocalMapperCounters out = impl_->counters;
+  const LandmarkMap& keyframes = impl_->keyframes.landmarks();
+  out.keyframes = impl_->keyframes.made();
+  out.keyframes_evicted = keyframes.evicted();
+  out.keyframes_untaken = keyframes.evicted_untaken();
+  out.blocks_refused = impl_->surface.voxels().counters().blocks_refused;
+  out.frames_short = impl_->surface.voxels().counters().frames_short;
+  return out;
 }
 
-LocalMapper::MatchPicture LocalMapper::last_matches() const {
+std::size_t LocalMapper::bytes() const {
   const Impl& m = *impl_;
-  if (!m.matched) return {};
-  // The keyframe that was compared may have made room for this frame since.
-  if (!m.matched_previous && m.map.keyframe(m.matched_slot).time != m.matched_time) return {};
-  // A placed frame was swapped into previous, and what was there into current.
-  const FeatureSet& frame = m.placed ? m.previous.set : m.current.set;
-  const FeatureSet& last = m.placed ? m.current.set : m.previous.set;
-  return {&frame, m.matched_previous ? &last : &m.map.keyframe(m.matched_slot).features.set, m.matched_time, m.matches,
-          m.kept};
+  return m.front_end.bytes() + m.keyframes.bytes() + m.tracker.bytes() + m.surface.voxels().bytes() +
+         m.trajectory.bytes();
 }
 
 }  // namespace onemap::mapping

@@ -1,11 +1,12 @@
+#include "mapping/local/rigid.hpp"
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 
-#include "local/random.hpp"
+#include "local/ransac_sampling.hpp"
 #include "local/sensor_noise.hpp"
-#include "mapping/local/ransac.hpp"
 
 namespace onemap::mapping {
 namespace {
@@ -149,7 +150,7 @@ RansacResult RigidRansac::estimate(std::span<const Vector3d> r, std::span<const 
   while (result.iterations < needed && best < static_cast<int>(n)) {
     ++result.iterations;
     Pose T;
-    if (!from_three(config_, r, s, random.sample<3>(n), T)) continue;
+    if (!from_three(config_, r, s, sample<3>(random, n), T)) continue;
     any_hypothesis = true;
     if (!accept_better(T)) continue;
     for (int k = 0; k < 2 && best < static_cast<int>(n) && fit(inlier, T) && accept_better(T);) ++k;

@@ -5,18 +5,14 @@
 #include <cassert>
 #include <optional>
 
+#include "floor_int.hpp"
+
 namespace onemap::mapping {
 namespace {
 
 constexpr std::uint32_t kFree = 0;
 constexpr int kCoordinateBits = 21;
 constexpr std::int32_t kOffset = 1 << (kCoordinateBits - 1);
-
-// Rounding down, without the call that floor() is before SSE4.
-std::int32_t round_down(float v) {
-  const std::int32_t i = static_cast<std::int32_t>(v);
-  return i - (static_cast<float>(i) > v ? 1 : 0);
-}
 
 // x, y, z of the voxel, most significant first, so that keys sort like (x, y, z). None outside +-2^20 (and for NaN).
 std::optional<std::uint64_t> voxel_key(const Vector3f& p, float per_leaf) {
@@ -25,7 +21,7 @@ std::optional<std::uint64_t> voxel_key(const Vector3f& p, float per_leaf) {
   for (int i = 0; i < 3; ++i) {
     const float c = p[i] * per_leaf;
     if (!(c >= -kLimit && c < kLimit)) return std::nullopt;
-    key = (key << kCoordinateBits) | static_cast<std::uint64_t>(round_down(c) + kOffset);
+    key = (key << kCoordinateBits) | static_cast<std::uint64_t>(floor_int<std::int32_t>(c) + kOffset);
   }
   return key;
 }

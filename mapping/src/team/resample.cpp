@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "floor_int.hpp"
 #include "mapping/team/atlas.hpp"
 
 namespace onemap::mapping {
@@ -15,11 +16,6 @@ constexpr std::int64_t kOne = 1 << 24;  // kFraction ^ 3: the eight corners' sha
 constexpr int kPatchSide = kBlockSide + 1;
 // Corners that differ by more straddle two surfaces; across one surface eight corners differ by sqrt(3) / 3 of it.
 constexpr int kLargestSpread = 3 * kTsdfOne / 2;
-
-std::int64_t floor_int(double x) {
-  const auto i = static_cast<std::int64_t>(x);
-  return i - (static_cast<double>(i) > x ? 1 : 0);
-}
 
 std::int64_t rounded_ratio(std::int64_t a, std::int64_t b) { return a >= 0 ? (a + b / 2) / b : -((-a + b / 2) / b); }
 
@@ -166,8 +162,8 @@ class Resampler {
     }
     std::size_t blocks = 1;
     for (std::size_t i = 0; i < 3; ++i) {
-      low_[i] = floor_int(least[i] - 0.1);
-      high_[i] = floor_int(most[i] + 1.1);
+      low_[i] = floor_int<std::int64_t>(least[i] - 0.1);
+      high_[i] = floor_int<std::int64_t>(most[i] + 1.1);
       first_block_[i] = low_[i] >> 3;
       blocks_[i] = static_cast<std::size_t>((high_[i] >> 3) - first_block_[i] + 1);
       blocks *= blocks_[i];
@@ -192,8 +188,8 @@ class Resampler {
       last = first - 1;
       return;
     }
-    first = std::max(first, floor_int(t0));
-    last = std::min(last, floor_int(t1) + 1);
+    first = std::max(first, floor_int<std::int64_t>(t0));
+    last = std::min(last, floor_int<std::int64_t>(t1) + 1);
   }
 
   void fuse_row(std::int64_t y, std::int64_t z) {
@@ -204,7 +200,7 @@ class Resampler {
       bool within = true;
       for (std::size_t i = 0; i < 3; ++i) {
         const double s = grid_.at(i, static_cast<double>(x), static_cast<double>(y), static_cast<double>(z));
-        const std::int64_t fixed = floor_int(s * kFraction + 0.5);
+        const std::int64_t fixed = floor_int<std::int64_t>(s * kFraction + 0.5);
         const std::int64_t base = fixed >> 8;
         within = within && base >= from_[i] && base < to_[i];
         cell[i] = static_cast<int>(base & (kBlockSide - 1));

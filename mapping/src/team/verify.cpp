@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "mapping/local/match.hpp"
-#include "mapping/local/ransac.hpp"
+#include "mapping/local/rigid.hpp"
 #include "team/verify_clouds.hpp"
 
 namespace onemap::mapping {
@@ -82,7 +82,7 @@ Pose between_references(const Verified& v) { return v.T_a_r * v.result.T_r_s * v
 
 bool agree(const Pose& x, const Pose& y, const Vector3d& at) {
   const Pose off = x.inverse() * y;
-  return 0.5 * (off.R.trace() - 1) > kAgreeCosine && (off * at - at).norm() < kAgree_m;
+  return rotation_cosine(off.R) > kAgreeCosine && (off * at - at).norm() < kAgree_m;
 }
 
 // One transform from all matched points of the agreeing pairs, in the robots' own frames; outliers of the fit leave

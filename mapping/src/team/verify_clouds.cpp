@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mapping/local/depth_range.hpp"
 #include "mapping/local/icp.hpp"
-#include "mapping/local/match.hpp"
-#include "mapping/local/point_cloud.hpp"
-#include "mapping/local/ransac.hpp"
+#include "mapping/local/two_view.hpp"
 
 namespace onemap::mapping {
 
@@ -16,17 +15,21 @@ constexpr double kMinOverlap = 0.25;  // of the source's depth cells that ICP mu
 constexpr double kMaxIcpError_m = 0.03;
 constexpr double kMinAgreement = 0.8;  // on free space, of the less agreeing cloud
 
-void unpack_features(const KeyframeRecord& record, Cloud& cloud) {
-  cloud.features.kind = record.descriptor_kind;
-  cloud.features.reserve(record.features.size());
+bool is_coherent(double z_m) {
+  return z_m >= static_cast<double>(kMinDepth_m) && z_m <= static_cast<double>(kMaxDepth_m);
+}
+
+void unpack_features(const KeyframeRecord& record, FeatureCloud& out) {
+  out.set.kind = record.descriptor_kind;
+  out.reserve(record.features.size());
   for (const KeyframeFeature& f : record.features) {
     Keypoint k;
     k.laplacian = f.laplacian;
-    cloud.features.keypoints.push_back(k);
-    cloud.features.descriptors.push_back(f.descriptor);
+    out.set.keypoints.push_back(k);
+    out.set.descriptors.push_back(f.descriptor);
     const Vector3d p(f.point[0] * kPointUnit_m, f.point[1] * kPointUnit_m, f.point[2] * kPointUnit_m);
-    cloud.points.push_back(p);
-    cloud.rays.emplace_back(p.x() / p.z(), p.y() / p.z());
+    out.ray.emplace_back(p.x() / p.z(), p.y() / p.z());
+    out.point.push_back(is_coherent(p.z()) ? p : Vector3d::Zero());
   }
 }
 
@@ -50,7 +53,7 @@ void unpack_grid(const DepthGrid& grid, Cloud& cloud) {
 Cloud unpack(const KeyframeRecord& record) {
   Cloud cloud;
   cloud.T_robot_keyframe = from_quantized(record.T_robot_keyframe);
-  unpack_features(record, cloud);
+  unpack_features(record, cloud.features);
   unpack_grid(record.grid, cloud);
   return cloud;
 }
@@ -87,65 +90,64 @@ LinkReason refine_by_icp(const Cloud& r, const Cloud& s, PairResult& result) {
   if (icp.reason == IcpReason::too_few_inliers || !overlaps || icp.error_m > kMaxIcpError_m)
     return LinkReason::icp_failed;
   const Pose off = result.T_r_s.inverse() * icp.T_target_source;
-  if (icp.converged && off.t.norm() < kAgree_m && 0.5 * (off.R.trace() - 1) > kAgreeCosine)
+  if (icp.converged && off.t.norm() < kAgree_m && rotation_cosine(off.R) > kAgreeCosine)
     result.T_r_s = icp.T_target_source;
   const double agreement = std::min(free_space_agreement(r.grid, s.cells, result.T_r_s),
                                     free_space_agreement(s.grid, r.cells, result.T_r_s.inverse()));
   return agreement >= kMinAgreement ? LinkReason::accepted : LinkReason::inconsistent;
 }
 
-}  // namespace
-
-Verified verify_clouds(const Cloud& r, const Cloud& s, const VerifyConfig& config) {
-  Verified v;
-  const std::size_t most = std::max(r.points.size(), s.points.size());
-  if (std::min(r.points.size(), s.points.size()) < static_cast<std::size_t>(config.min_matches)) return v;
-  MatchConfig match_config;
-  match_config.max_ratio = config.max_ratio;
-  Matcher matcher(match_config, most);
-  const auto matches = matcher.match(r.features, s.features);
-  v.result.matches = static_cast<int>(matches.size());
-  if (v.result.matches < config.min_matches) return v;
-
-  std::vector<Eigen::Vector2d> rays_r, rays_s;
-  for (const Match& m : matches) rays_r.push_back(r.rays[m.a]), rays_s.push_back(s.rays[m.b]);
-  std::vector<std::uint8_t> kept(matches.size());
-  FundamentalConfig f_config;
-  f_config.seed = config.seed;
-  f_config.threshold = 3.0 / 525;  // views of two robots are farther apart than two frames of one
-  Matrix3d F;
-  v.result.reason = LinkReason::fundamental_failed;
-  if (!FundamentalRansac(f_config, most).estimate(rays_r, rays_s, kept, F).ok()) return v;
-
-  std::vector<Vector3d> points_r, points_s;
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    const Vector3d &p = r.points[matches[i].a], &q = s.points[matches[i].b];
-    const auto coherent = [](double z) {
-      return z >= static_cast<double>(kMinDepth_m) && z <= static_cast<double>(kMaxDepth_m);
-    };
-    if (kept[i] && coherent(p.z()) && coherent(q.z())) points_r.push_back(p), points_s.push_back(q);
-  }
-  v.result.reason = LinkReason::depth_incoherent;
-  if (points_r.size() < static_cast<std::size_t>(config.min_inliers)) return v;
-
-  RigidConfig rigid_config;
-  rigid_config.seed = config.seed;
-  rigid_config.min_inliers = config.min_inliers;
-  std::vector<std::uint8_t> inlier(points_r.size());
-  const RansacResult ransac = RigidRansac(rigid_config, most).estimate(points_r, points_s, inlier, v.result.T_r_s);
-  v.result.inliers = ransac.inliers;
-  v.result.ratio = ransac.inliers / static_cast<double>(std::min(r.points.size(), s.points.size()));
-  v.result.reason = LinkReason::ransac_failed;
-  if (!ransac.ok()) return v;
-  for (std::size_t i = 0; i < inlier.size(); ++i)
-    if (inlier[i]) v.points_r.push_back(points_r[i]), v.points_s.push_back(points_s[i]);
-  v.result.reason = refine_by_icp(r, s, v.result);
-  return v;
+TwoViewConfig two_view_config(const VerifyConfig& config) {
+  TwoViewConfig out;
+  out.match.max_ratio = config.max_ratio;
+  out.look_up = LookUp::b_in_a;
+  out.min_matches = config.min_matches;
+  out.fundamental.seed = config.seed;
+  out.fundamental.threshold = 3.0 / 525;  // views of two robots are farther apart than two frames of one
+  out.min_coherent = config.min_inliers;
+  out.rigid.seed = config.seed;
+  out.rigid.min_inliers = config.min_inliers;
+  return out;
 }
 
-PairResult verify_pair(const KeyframeRecord& r, const KeyframeRecord& s, const VerifyConfig& config) {
-  if (r.descriptor_kind != s.descriptor_kind) return {};
-  return verify_clouds(unpack(r), unpack(s), config).result;
+LinkReason link_reason(TwoViewReason reason) {
+  switch (reason) {
+    case TwoViewReason::ok:
+      return LinkReason::accepted;
+    case TwoViewReason::too_few_matches:
+      return LinkReason::too_few_matches;
+    case TwoViewReason::fundamental_failed:
+      return LinkReason::fundamental_failed;
+    case TwoViewReason::depth_incoherent:
+      return LinkReason::depth_incoherent;
+    case TwoViewReason::ransac_failed:
+      break;
+  }
+  return LinkReason::ransac_failed;
+}
+
+}  // namespace
+
+// s is the first image of the two-view, r the second: T_b_a is then T_r_s.
+Verified verify_clouds(const Cloud& r, const Cloud& s, const VerifyConfig& config) {
+  Verified v;
+  const auto [fewest, most] = std::minmax({r.features.size(), s.features.size()});
+  if (fewest < static_cast<std::size_t>(config.min_matches)) return v;
+  TwoView two_view(two_view_config(config), most);
+  const TwoViewResult& motion = two_view.relate(s.features, r.features);
+  v.result.matches = static_cast<int>(motion.matches.size());
+  v.result.inliers = motion.inliers;
+  v.result.ratio = motion.inliers / static_cast<double>(fewest);
+  v.result.reason = link_reason(motion.reason);
+  if (motion.reason != TwoViewReason::ok) return v;
+  v.result.T_r_s = motion.T_b_a;
+  for (std::size_t i = 0; i < motion.matches.size(); ++i) {
+    if (!motion.kept[i]) continue;
+    v.points_r.push_back(r.features.point[motion.matches[i].b]);
+    v.points_s.push_back(s.features.point[motion.matches[i].a]);
+  }
+  v.result.reason = refine_by_icp(r, s, v.result);
+  return v;
 }
 
 }  // namespace onemap::mapping

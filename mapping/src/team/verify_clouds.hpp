@@ -1,22 +1,30 @@
 #pragma once
 #include <vector>
 
-#include "mapping/local/features.hpp"
-#include "mapping/local/point_cloud.hpp"
+#include "mapping/local/feature_cloud.hpp"
+#include "mapping/local/organized_cloud.hpp"
 #include "mapping/team/verify.hpp"
 
 namespace onemap::mapping {
 
 // A keyframe record unpacked for matching.
 struct Cloud {
-  FeatureSet features;
-  std::vector<Vector3d> points;  // camera frame
-  std::vector<Eigen::Vector2d> rays;
+  FeatureCloud features;
   OrganizedCloud grid;
   std::vector<Vector3f> cells;  // the grid's points
   Pose T_robot_keyframe;
 };
 Cloud unpack(const KeyframeRecord& record);
+
+// One pair of clouds r of robot a, s of robot b (the paper, section 4): matches, fundamental matrix, depth check, 3D
+// RANSAC, ICP on the depth grids.
+struct PairResult {
+  LinkReason reason = LinkReason::too_few_matches;
+  int matches = 0, inliers = 0;
+  double ratio = 0;    // quality: inliers / min(features of r, features of s)
+  double error_m = 0;  // ICP's rms
+  Pose T_r_s;
+};
 
 // A verified pair with its matched points, for the common fit.
 struct Verified {
@@ -25,7 +33,7 @@ struct Verified {
   Pose T_a_r, T_b_s;                         // of the clouds in their robots' frames
   std::vector<Vector3d> points_r, points_s;  // inliers, camera frames
 };
-// result and points of the pair; whose clouds they are is the caller's to note.
+// result and points of the pair; whose clouds they are is the caller's to note. Both have one kind of features.
 Verified verify_clouds(const Cloud& r, const Cloud& s, const VerifyConfig& config);
 
 // The transforms are taken to agree: within 8 cm at the point and 4 degrees.

@@ -1,6 +1,7 @@
 #pragma once
 #include <sys/types.h>
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,16 +14,18 @@ namespace onemap::daemon {
 // A program that this process started. Ends with its parent; destroying a running one kills it.
 class ChildProcess {
  public:
-  // Both outputs go to the log file, input is empty, no signal is blocked.
+  // Both outputs go to the log file, input is empty, no signal is blocked. address_space_bytes: what the program may
+  // map at most; 0: as much as this one.
   static Result<ChildProcess> start(const std::string& program, const std::vector<std::string>& arguments,
-                                    const std::string& log_file);
+                                    const std::string& log_file, std::uint64_t address_space_bytes = 0);
   ChildProcess(ChildProcess&& other) noexcept;
   ChildProcess& operator=(ChildProcess&& other) = delete;
   ~ChildProcess();
 
   pid_t pid() const { return pid_; }            // -1: ended
   bool running();                               // false once it ended; then exit_text() and exit_code() say how
-  void terminate();                             // SIGTERM, once it runs
+  void terminate();                             // SIGTERM, if it runs
+  void kill();                                  // SIGKILL, if it runs; it has ended when this returns
   bool wait(Duration at_most);                  // true when it ended in time
   int exit_code() const { return exit_code_; }  // 128 + signal when a signal ended it
   std::string exit_text() const;

@@ -25,7 +25,7 @@ void split(const std::string& path, ReplayAddress& into) {
 }
 
 Status set_option(const std::string& key, const std::string& value, ReplayAddress& into) {
-  if (Calibration::knows(key)) return into.calibration.set(key, value);
+  if (imaging::Calibration::knows(key)) return into.calibration.set(key, value, "camera address '" + into.text + "'");
   if (key == "max_dt") {
     const Result<FrameTime> seconds = parse_time(value);
     if (!seconds) return Error{"", "max_dt: " + seconds.error().reason};

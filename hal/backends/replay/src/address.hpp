@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "hal/backends.hpp"
-#include "hal/backends/replay/calibration.hpp"
 #include "hal/base/time.hpp"
+#include "hal/imaging/calibration.hpp"
 
 namespace onemap::hal::replay {
 
@@ -15,7 +15,7 @@ enum class Layout { tum, seven_scenes };
 struct ReplayAddress {
   std::string text, folder;
   std::optional<std::pair<std::size_t, std::size_t>> range;  // FROM, TO
-  Calibration calibration;                                   // from options
+  imaging::Calibration calibration;                          // from options
   Duration max_dt = std::chrono::milliseconds(20);
   std::optional<Layout> layout;
 };

@@ -6,7 +6,7 @@
 #include <tuple>
 #include <utility>
 
-#include "text.hpp"
+#include "hal/imaging/text_lines.hpp"
 
 namespace onemap::hal::replay {
 
@@ -62,7 +62,7 @@ Result<FrameTime> parse_time(std::string_view text) {
 
 ImageList parse_image_list(std::string_view text, const std::string& name) {
   ImageList list;
-  for_each_line(text, [&](int number, const std::vector<std::string_view>& words) {
+  imaging::for_each_line(text, [&](int number, const std::vector<std::string_view>& words) {
     const std::string place = fmt::format("{}:{}", name, number);
     if (words.size() != 2) return list.problems.push_back(wrong_count(place, words.size(), "2 (time path)"));
     const Result<FrameTime> time = parse_time(words[0]);
@@ -75,7 +75,7 @@ ImageList parse_image_list(std::string_view text, const std::string& name) {
 
 PairList parse_associations(std::string_view text, const std::string& name) {
   PairList list;
-  for_each_line(text, [&](int number, const std::vector<std::string_view>& words) {
+  imaging::for_each_line(text, [&](int number, const std::vector<std::string_view>& words) {
     const std::string place = fmt::format("{}:{}", name, number);
     if (words.size() != 4) return list.problems.push_back(wrong_count(place, words.size(), "4 (time path time path)"));
     const Result<FrameTime> first = parse_time(words[0]), second = parse_time(words[2]);

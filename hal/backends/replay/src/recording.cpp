@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "file.hpp"
-#include "hal/backends/replay/calibration.hpp"
+#include "hal/imaging/calibration.hpp"
 
 namespace onemap::hal::replay {
 
@@ -127,7 +127,7 @@ Error no_pairs(const Recording& recording) {
 Status calibrate(Recording& recording, const ReplayAddress& address) {
   const fs::path path = recording.folder / "calibration.txt";
   const bool seven_scenes = recording.layout == Layout::seven_scenes;
-  Calibration calibration;
+  imaging::Calibration calibration;
   if (present(path)) {
     const Result<std::string> text = read_text(path);
     if (!text) return text.error();
@@ -145,6 +145,7 @@ Status calibrate(Recording& recording, const ReplayAddress& address) {
   if (const Status status = calibration.apply(recording.intrinsics); !status)
     return Error{path.string(),
                  status.error().reason + "; write `key value` lines there or give options: ?fx=..&fy=.."};
+  recording.calibration = std::move(calibration);
   return success();
 }
 

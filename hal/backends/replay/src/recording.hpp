@@ -6,6 +6,7 @@
 #include "address.hpp"
 #include "hal/backends/replay/lists.hpp"
 #include "hal/frame.hpp"
+#include "hal/imaging/calibration.hpp"
 
 namespace onemap::hal::replay {
 
@@ -19,6 +20,7 @@ struct Recording {
   std::vector<Error> problems;         // lines that could not be used
   std::uint64_t unmatched = 0;         // images without a partner in time
   Intrinsics intrinsics;               // width and height not yet known
+  imaging::Calibration calibration;    // that they are from
   std::string calibration_source;      // for people
   bool max_depth_is_none = false;      // 65535 means no reading
 };

@@ -13,4 +13,9 @@ Result<std::unique_ptr<DepthCamera>> open_replay(const CameraAddress& address) {
   return replay::ReplayCamera::open(std::move(*recording));
 }
 
+Status check_replay(const CameraAddress& address) {
+  const Result<replay::ReplayAddress> parsed = replay::parse_replay_address(address);
+  return parsed ? success() : parsed.error();
+}
+
 }  // namespace onemap::hal

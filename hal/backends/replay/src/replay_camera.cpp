@@ -21,7 +21,7 @@ Result<std::unique_ptr<DepthCamera>> ReplayCamera::open(Recording recording) {
 Status ReplayCamera::find_size() {
   Error first;
   for (std::size_t i = recording_.from; i < recording_.to; ++i) {
-    ImageSize size;
+    imaging::ImageSize size;
     Status status = size_of(recording_.pairs[i], size);
     if (status) {
       const std::size_t pixels = static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
@@ -32,7 +32,7 @@ Status ReplayCamera::find_size() {
     if (status) {
       recording_.intrinsics.width = size.width;
       recording_.intrinsics.height = size.height;
-      return success();
+      return recording_.calibration.check(size.width, size.height);
     }
     if (i == recording_.from) first = status.error();
   }
@@ -40,9 +40,9 @@ Status ReplayCamera::find_size() {
   return first;
 }
 
-Status ReplayCamera::size_of(const ListedPair& pair, ImageSize& size) {
+Status ReplayCamera::size_of(const ListedPair& pair, imaging::ImageSize& size) {
   if (const Status status = load(pair.color, recording_.color_list); !status) return status.error();
-  const Result<ImageSize> found = image_size(file_);
+  const Result<imaging::ImageSize> found = imaging::image_size(file_);
   if (!found) return at_file(pair.color, recording_.color_list, found.error().reason);
   size = *found;
   return success();
@@ -60,13 +60,13 @@ Status ReplayCamera::load(const ListedImage& image, const std::string& list) {
   return success();
 }
 
-Status ReplayCamera::read_pair(const ListedPair& pair, ImageSize size, std::span<std::uint8_t> rgb,
+Status ReplayCamera::read_pair(const ListedPair& pair, imaging::ImageSize size, std::span<std::uint8_t> rgb,
                                std::span<std::uint16_t> depth) {
   if (const Status status = load(pair.color, recording_.color_list); !status) return status.error();
-  if (const Status status = decode_color(file_, size, rgb); !status)
+  if (const Status status = imaging::decode_color(file_, size, rgb); !status)
     return at_file(pair.color, recording_.color_list, status.error().reason);
   if (const Status status = load(pair.depth, recording_.depth_list); !status) return status.error();
-  if (const Status status = decode_depth(file_, size, depth); !status)
+  if (const Status status = imaging::decode_depth(file_, size, depth); !status)
     return at_file(pair.depth, recording_.depth_list, status.error().reason);
   if (recording_.max_depth_is_none)
     for (std::uint16_t& value : depth) value = value == 65535 ? std::uint16_t{0} : value;
@@ -82,13 +82,14 @@ Grab ReplayCamera::grab(Frame& into, std::chrono::milliseconds) {
   if (next_ == recording_.to) return Grab::end;
   const std::size_t at = next_++;
   const ListedPair& pair = recording_.pairs[at];
-  const ImageSize size{recording_.intrinsics.width, recording_.intrinsics.height};
+  const imaging::ImageSize size{recording_.intrinsics.width, recording_.intrinsics.height};
   if (const Status status = read_pair(pair, size, into.rgb(), into.depth()); !status) {
     last_error_ = status.error();
     ++counters_.bad;
     return Grab::bad;
   }
-  into.time = pair.color.time;
+  into.colour_time = pair.color.time;
+  into.depth_time = pair.depth.time;
   into.index = at - recording_.from;
   ++counters_.frames;
   return Grab::frame;

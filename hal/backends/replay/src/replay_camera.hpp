@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/backends/replay/decode.hpp"
 #include "hal/depth_camera.hpp"
+#include "hal/imaging/image_file.hpp"
 #include "recording.hpp"
 
 namespace onemap::hal::replay {
@@ -19,14 +19,16 @@ class ReplayCamera final : public DepthCamera {
   Grab grab(Frame& into, std::chrono::milliseconds timeout) override;
   const Error& last_error() const override { return last_error_; }
   CameraCounters counters() const override { return counters_; }
+  bool live() const override { return false; }
   std::uint64_t frames_expected() const override { return recording_.to - next_; }
   std::string description() const override;
 
  private:
   explicit ReplayCamera(Recording recording);
   Status find_size();
-  Status size_of(const ListedPair& pair, ImageSize& size);
-  Status read_pair(const ListedPair& pair, ImageSize size, std::span<std::uint8_t> rgb, std::span<std::uint16_t> depth);
+  Status size_of(const ListedPair& pair, imaging::ImageSize& size);
+  Status read_pair(const ListedPair& pair, imaging::ImageSize size, std::span<std::uint8_t> rgb,
+                   std::span<std::uint16_t> depth);
   Status load(const ListedImage& image, const std::string& list);
   Error at_file(const ListedImage& image, const std::string& list, const std::string& reason) const;
 

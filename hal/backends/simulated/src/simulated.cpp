@@ -43,13 +43,14 @@ class SimulatedCamera final : public DepthCamera {
       sensor_.take(next_, y, row_, into.rgb(), into.depth());
     }
     into.index = next_;
-    into.time = options_.time(next_);
+    into.colour_time = into.depth_time = options_.time(next_);
     ++next_;
     return Grab::frame;
   }
 
   const Error& last_error() const override { return no_error_; }  // a formula always answers
-  CameraCounters counters() const override { return {next_, 0, 0}; }
+  CameraCounters counters() const override { return {next_, 0, 0, 0}; }
+  bool live() const override { return false; }
   std::uint64_t frames_expected() const override { return options_.frames - next_; }
   std::string description() const override {
     return fmt::format("simulated {}, robot {} of {}, seed {}, {}x{}", options_.scene_text, options_.robot,
@@ -74,6 +75,11 @@ Result<std::unique_ptr<DepthCamera>> open_simulated(const CameraAddress& address
   auto options = parse_options(address);
   if (!options) return options.error();
   return std::unique_ptr<DepthCamera>(std::make_unique<SimulatedCamera>(*options));
+}
+
+Status check_simulated(const CameraAddress& address) {
+  const auto options = parse_options(address);
+  return options ? success() : options.error();
 }
 
 Result<std::vector<SimulatedPose>> simulated_truth(const CameraAddress& address) {

@@ -4,17 +4,36 @@
 #include <string_view>
 #include <vector>
 
-#include "mapping/local/point_cloud.hpp"
+#include "mapping/local/organized_cloud.hpp"
 
 namespace onemap::mapping {
 
 struct IcpConfig {
-  float max_distance_m = 0.10f;    // points farther from the target's surface are not used
-  float min_normal_cosine = 0.0f;  // reserved for clouds that carry normals on both sides
+  float max_distance_m = 0.10f;  // points farther from the target's surface are not used
+  double cell_gate = 2;          // nor those farther than so many max_distance_m from the cell that they fall on
   int max_iterations = 30;
-  double stop_rotation_rad = 1e-4;  // converged when a step is smaller than both
-  double stop_translation_m = 1e-4;
   int min_inliers = 100;
+
+  // Converged when a step is smaller than both; or when steps that are less than `flicker` times as large shrink by
+  // less than to `flicker_shrink`: then points flip between two cells.
+  double stop_rotation_rad = 1e-4;
+  double stop_translation_m = 1e-4;
+  double flicker = 10;
+  double flicker_shrink = 0.7;
+
+  // The robust scale (Geman and McClure). It begins at first_robust times max_distance_m; while the clouds still move
+  // each step takes it to `linger` of it, and to `drop` once a step moves them less than `rest` of it. It never falls
+  // below noise_sigmas of the sensor's noise, which rules below last_robust_m.
+  double first_robust = 2;
+  double linger = 0.8;
+  double drop = 0.35;
+  double rest = 0.1;
+  double noise_sigmas = 3;
+  double last_robust_m = 0.003;
+  double search_robust_m = 0.05;  // above it a point looks for its nearest cell, below it takes its own
+
+  // Degenerate when the points determine some motion less than this share of one that all of them see in full, 0..1.
+  double weakest_direction = 3e-4;
 };
 
 enum class IcpReason : std::uint8_t { converged, iteration_limit, too_few_inliers, degenerate };

@@ -2,60 +2,18 @@
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <span>
-#include <string_view>
-#include <vector>
 
 #include "hal/frame.hpp"
-#include "mapping/local/features.hpp"
 #include "mapping/local/mapper_config.hpp"
+#include "mapping/local/match_picture.hpp"
+#include "mapping/local/step.hpp"
+#include "mapping/local/track_reason.hpp"
 #include "mapping/local/voxel_map.hpp"
 #include "mapping/records/keyframe.hpp"
+#include "mapping/records/submap.hpp"
 #include "mapping/records/trajectory.hpp"
 
 namespace onemap::mapping {
-
-// The steps of a frame, in order; for timing by whoever owns a clock.
-enum class Step : std::uint8_t {
-  gray,
-  features,
-  cloud,
-  match,
-  fundamental,
-  ransac,
-  icp,
-  refine,
-  keyframe,
-  integrate,
-  count
-};
-inline constexpr std::size_t kSteps = static_cast<std::size_t>(Step::count);
-std::string_view to_string(Step step);
-
-// Called when a step begins, and with Step::count when the frame is done.
-struct StepHook {
-  void (*begin)(void* context, Step step) = nullptr;
-  void* context = nullptr;
-};
-
-enum class TrackState : std::uint8_t { starting, tracking, lost };
-
-// Why a frame could not be placed (the first that failed, against the last keyframe tried). A frame whose time is not
-// later than the last one's is refused and changes nothing: the camera is where it was.
-enum class TrackReason : std::uint8_t {
-  ok,
-  first_frame,
-  too_few_features,
-  too_few_matches,
-  fundamental_failed,
-  depth_incoherent,
-  ransac_failed,
-  icp_failed,
-  inconsistent_motion,
-  time_not_increasing,
-  count
-};
-std::string_view to_string(TrackReason reason);
 
 struct FrameReport {
   TrackState state = TrackState::starting;
@@ -80,7 +38,8 @@ struct LocalMapperCounters {
   std::uint64_t keyframes_in_map() const { return keyframes - keyframes_evicted; }
 };
 
-// One robot's tracking and map: the paper's section 3. process() runs the whole frame path on the caller's thread and
+// One robot's tracking and map: the paper's section 3, made of five parts (front end, two-view, keyframe map, tracker,
+// surface builder) that do not know it. process() runs the whole frame path on the caller's thread and
 // does not allocate after the constructor. What leaves the robot (keyframes, poses) is taken in sealed form: a
 // keyframe's pose may still move a little while it is in the optimisation window, so it is handed out when it leaves
 // it.
@@ -102,21 +61,16 @@ class LocalMapper {
   bool take_keyframe(KeyframeRecord& out);
   bool take_poses(TrajectoryRecord& out);
   static void reserve_record(KeyframeRecord& out, const LocalMapperConfig& config);
+  // Blocks of the map that have settled, at most 256 a record; false when there is none (yet). A block goes out again
+  // when it changed again: the later version replaces the earlier one. Allocates.
+  bool take_submap(SubmapRecord& out);
 
   VoxelMap& map();
   const VoxelMap& map() const;
-  const LocalMapperCounters& counters() const;
+  LocalMapperCounters counters() const;
   std::size_t bytes() const;  // memory taken, map included
 
-  // The matches of the last frame with the image that it was last compared with (the frame before or a keyframe, known
-  // by its time): figure 4. frame is nullptr when it was compared with none. Valid until the next process().
-  struct MatchPicture {
-    const FeatureSet* frame = nullptr;
-    const FeatureSet* other = nullptr;
-    FrameTime other_time{};
-    std::span<const Match> matches;      // a: frame, b: other
-    std::span<const std::uint8_t> kept;  // 1 kept, 0 rejected
-  };
+  // Of the last frame. Valid until the next process().
   MatchPicture last_matches() const;
 
  private:

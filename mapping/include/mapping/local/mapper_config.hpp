@@ -4,6 +4,7 @@
 
 #include "hal/base/result.hpp"
 #include "hal/frame.hpp"
+#include "mapping/local/depth_range.hpp"
 #include "mapping/local/features.hpp"
 #include "mapping/local/voxel_map.hpp"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "hal/frame.hpp"
-#include "mapping/local/point_cloud.hpp"
+#include "mapping/local/ray_table.hpp"
 
 namespace onemap::mapping {
 

@@ -11,7 +11,7 @@
 #include "mapping/local/block_key.hpp"
 #include "mapping/local/missing_blocks.hpp"
 #include "mapping/local/pinhole_view.hpp"
-#include "mapping/local/point_cloud.hpp"
+#include "mapping/local/ray_table.hpp"
 #include "mapping/local/zeroed_allocator.hpp"
 
 namespace onemap::mapping {
@@ -136,13 +136,13 @@ class VoxelMap {
   std::uint64_t digest() const;
 
  private:
-  struct Camera;                                     // the frame being fused: pose and steps in the camera frame
+  struct Viewpoint;                                  // of the frame being fused
   std::int32_t index_of(const BlockKey& key) const;  // -1: not there
   std::int32_t index_or_add(const BlockKey& key);    // -1: the pool is full
   void touch(const BlockKey& key);
-  void touch_seen_blocks(const Camera& camera);
+  void touch_seen_blocks(const Viewpoint& from);
   void touch_segment(const Vector3f& from, const Vector3f& to);
-  bool fuse_block(const Camera& camera, std::size_t block, std::span<const std::uint8_t> rgb);
+  bool fuse_block(const Viewpoint& from, std::size_t block, std::span<const std::uint8_t> rgb);
   std::vector<std::int32_t> sorted_blocks() const;
 
   VoxelMapConfig config_;

@@ -7,6 +7,7 @@
 #include <tuple>
 #include <vector>
 
+#include "mapping/local/make_submap.hpp"
 #include "mapping/mesh.hpp"
 #include "mapping/records/solution.hpp"
 #include "mapping/records/submap.hpp"
@@ -18,10 +19,6 @@ namespace onemap::mapping {
 struct AtlasConfig {
   VoxelMapConfig map;  // the global map's voxel size and budget
 };
-
-// The submap record of some blocks of a local map (those that the map has, sorted, each once), in the robot's own
-// frame.
-SubmapRecord make_submap(const VoxelMap& map, std::span<const BlockKey> blocks);
 
 struct AtlasCounters {                // of the last rebuild
   std::uint64_t robots = 0;           // in the solution and with submaps

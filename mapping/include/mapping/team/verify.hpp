@@ -17,17 +17,6 @@ struct VerifyConfig {
   std::uint64_t seed = 1;
 };
 
-// One pair of clouds r of robot a, s of robot b (the paper, section 4): matches, fundamental matrix, depth check, 3D
-// RANSAC, ICP on the depth grids.
-struct PairResult {
-  LinkReason reason = LinkReason::too_few_matches;
-  int matches = 0, inliers = 0;
-  double ratio = 0;    // quality: inliers / min(features of r, features of s)
-  double error_m = 0;  // ICP's rms
-  Pose T_r_s;
-};
-PairResult verify_pair(const KeyframeRecord& r, const KeyframeRecord& s, const VerifyConfig& config);
-
 // One robot's keyframes, each decoded only while it is looked at: load(i) for i < count gives the same record every
 // time.
 struct KeyframeSource {

@@ -6,13 +6,6 @@
 
 namespace onemap::mapping {
 
-void FeatureFrame::reserve(std::size_t capacity) {
-  set.reserve(capacity);
-  ray.reserve(capacity);
-  depth_m.reserve(capacity);
-  landmark.reserve(capacity);
-}
-
 namespace {
 
 // The median of the valid readings in the 3x3 neighbourhood, if they agree: a feature on a depth edge has no one depth.
@@ -43,13 +36,23 @@ void attach_geometry(FeatureFrame& frame, std::span<const std::uint16_t> depth, 
                      double depth_scale) {
   const std::size_t n = frame.set.size();
   frame.ray.resize(n);
-  frame.depth_m.resize(n);
+  frame.point.resize(n);
   frame.landmark.assign(n, -1);
   for (std::size_t i = 0; i < n; ++i) {
     const Keypoint& k = frame.set.keypoints[i];
     frame.ray[i] = rays.at(k.x_px, k.y_px);
-    frame.depth_m[i] = depth_at(depth, rays.width(), rays.height(), k.x_px, k.y_px, depth_scale);
+    const double z = depth_at(depth, rays.width(), rays.height(), k.x_px, k.y_px, depth_scale);
+    frame.point[i] = {frame.ray[i].x() * z, frame.ray[i].y() * z, z};
   }
+}
+
+void copy_features(const FeatureFrame& from, FeatureFrame& to) {
+  to.set.kind = from.set.kind;
+  to.set.keypoints.assign(from.set.keypoints.begin(), from.set.keypoints.end());
+  to.set.descriptors.assign(from.set.descriptors.begin(), from.set.descriptors.end());
+  to.ray.assign(from.ray.begin(), from.ray.end());
+  to.point.assign(from.point.begin(), from.point.end());
+  to.landmark.assign(from.landmark.begin(), from.landmark.end());
 }
 
 }  // namespace onemap::mapping

@@ -79,7 +79,7 @@ int GuidedSearch::find(LandmarkMap& map, std::span<const std::int32_t> ids, cons
   claim_distance_.assign(frame.size(), 0);
   for (const std::int32_t id : ids) {
     Landmark& l = map.landmark(id);
-    const Vector3d p = T * l.p_world;
+    const Vector3d p = T * l.p_robot;
     if (p.z() < kMinDepth_m) continue;
     const double u = fx_ * p.x() / p.z() + cx_, v = fy_ * p.y() / p.z() + cy_;
     if (u < 0 || v < 0 || u >= width_ || v >= height_) continue;
@@ -90,7 +90,7 @@ int GuidedSearch::find(LandmarkMap& map, std::span<const std::int32_t> ids, cons
     if (feature < 0) continue;
     const auto f = static_cast<std::size_t>(feature);
     if (frame.landmark[f] >= 0) continue;
-    if (frame.has_depth(f) && std::abs(frame.depth_m[f] - p.z()) > 0.05 + 0.03 * p.z() * p.z()) continue;
+    if (frame.has_depth(f) && std::abs(frame.point[f].z() - p.z()) > 0.05 + 0.03 * p.z() * p.z()) continue;
     if (claim_[f] >= 0 && claim_distance_[f] <= distance) continue;
     claim_[f] = id;
     claim_distance_[f] = distance;

@@ -21,7 +21,7 @@ class GuidedSearch {
   // Sorts the frame's features into image cells; before the calls of find() for that frame.
   void index(const FeatureFrame& frame);
   // Sets frame.landmark for features that were free and match a landmark of ids; returns how many. Counts visible.
-  int find(LandmarkMap& map, std::span<const std::int32_t> ids, const Pose& T_camera_world, const SearchConfig& config,
+  int find(LandmarkMap& map, std::span<const std::int32_t> ids, const Pose& T_camera_robot, const SearchConfig& config,
            FeatureFrame& frame);
 
  private:

@@ -13,15 +13,6 @@ bool fits(double metres) { return std::abs(metres) < 32767 * kPointUnit_m; }
 
 }  // namespace
 
-void copy_features(const FeatureFrame& from, FeatureFrame& to) {
-  to.set.kind = from.set.kind;
-  to.set.keypoints.assign(from.set.keypoints.begin(), from.set.keypoints.end());
-  to.set.descriptors.assign(from.set.descriptors.begin(), from.set.descriptors.end());
-  to.ray.assign(from.ray.begin(), from.ray.end());
-  to.depth_m.assign(from.depth_m.begin(), from.depth_m.end());
-  to.landmark.assign(from.landmark.begin(), from.landmark.end());
-}
-
 void store_grid(const OrganizedCloud& cloud, MapKeyframe& keyframe) {
   keyframe.grid_fx = static_cast<double>(cloud.fx);
   keyframe.grid_fy = static_cast<double>(cloud.fy);
@@ -51,13 +42,13 @@ void grid_cloud(const MapKeyframe& keyframe, OrganizedCloud& out) {
 void fill_record(const MapKeyframe& keyframe, KeyframeRecord& out) {
   out.index = keyframe.index;
   out.time = keyframe.time;
-  out.T_robot_keyframe = quantize(keyframe.T_camera_world.inverse());
+  out.T_robot_keyframe = quantize(keyframe.T_camera_robot.inverse());
   out.descriptor_kind = keyframe.features.set.kind;
   out.features.clear();
   const FeatureFrame& f = keyframe.features;
   for (std::size_t i = 0; i < f.size(); ++i) {
     if (!f.has_depth(i)) continue;
-    const Vector3d p = f.point(i);
+    const Vector3d& p = f.point[i];
     if (!fits(p.x()) || !fits(p.y()) || !fits(p.z())) continue;
     out.features.push_back(
         {{units(p.x()), units(p.y()), units(p.z())}, f.set.keypoints[i].laplacian, f.set.descriptors[i]});

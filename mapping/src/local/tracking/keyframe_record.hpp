@@ -1,11 +1,9 @@
 #pragma once
 #include "landmark_map.hpp"
+#include "mapping/local/organized_cloud.hpp"
 #include "mapping/records/keyframe.hpp"
 
 namespace onemap::mapping {
-
-// Copies without allocating: to's vectors have the capacity.
-void copy_features(const FeatureFrame& from, FeatureFrame& to);
 
 // The organised depth of a keyframe, in record units, and back as a cloud with normals.
 void store_grid(const OrganizedCloud& cloud, MapKeyframe& keyframe);

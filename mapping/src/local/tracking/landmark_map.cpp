@@ -125,8 +125,8 @@ std::size_t LandmarkMap::bytes() const {
   for (const MapKeyframe& k : keyframes_) {
     const std::size_t features = k.features.ray.capacity();
     total += sizeof(MapKeyframe) + k.grid_depth.capacity() * 2;
-    total += features *
-             (sizeof(Keypoint) + sizeof(Descriptor) + sizeof(Eigen::Vector2d) + sizeof(double) + sizeof(std::int32_t));
+    total += features * (sizeof(Keypoint) + sizeof(Descriptor) + sizeof(Eigen::Vector2d) + sizeof(Vector3d) +
+                         sizeof(std::int32_t));
   }
   return total;
 }

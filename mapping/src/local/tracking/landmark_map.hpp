@@ -7,9 +7,9 @@
 
 namespace onemap::mapping {
 
-// A point of the world that several keyframes see.
+// A point that several keyframes see.
 struct Landmark {
-  Vector3d p_world = Vector3d::Zero();  // robot's own frame
+  Vector3d p_robot = Vector3d::Zero();  // robot's own frame
   Descriptor descriptor;                // as the last keyframe saw it
   std::int8_t laplacian = 0;
   std::uint16_t observations = 0;        // keyframes that see it
@@ -24,7 +24,7 @@ struct MapKeyframe {
   bool sealed = false;      // left the optimisation window: its pose is final
   std::uint32_t index = 0;  // the robot's count
   FrameTime time{};
-  Pose T_camera_world;
+  Pose T_camera_robot;
   FeatureFrame features;
   std::vector<std::uint16_t> grid_depth;  // kGridWidth x kGridHeight, units of kPointUnit_m, 0 = none
   double grid_fx = 0, grid_fy = 0, grid_cx = 0, grid_cy = 0;

@@ -26,7 +26,7 @@ Vector6d motion_between(const Pose& from, const Pose& to) {
 }
 
 void accumulate(const PoseObservation& obs, double focal_px, const Pose& T, Matrix6d& H, Vector6d& g) {
-  const Vector3d p = T * obs.p_world;
+  const Vector3d p = T * obs.p_robot;
   if (p.z() < kMinZ_m) return;
   const Vector3d r = residual(p, obs.o, focal_px);
   const double chi2 = obs.o.weight * r.squaredNorm();
@@ -43,7 +43,7 @@ bool step(std::span<const PoseObservation> observations, double focal_px, const 
     if (obs.inlier) accumulate(obs, focal_px, T, H, g);
   if (prior) {
     H += prior->information;
-    g += prior->information * motion_between(prior->T_camera_world, T);
+    g += prior->information * motion_between(prior->T_camera_robot, T);
   }
   const Vector6d d = H.ldlt().solve(-g);
   if (!d.allFinite()) return false;
@@ -56,7 +56,7 @@ RefineResult classify(std::span<PoseObservation> observations, double focal_px, 
   RefineResult result;
   double sum = 0;
   for (PoseObservation& obs : observations) {
-    const Vector3d p = T * obs.p_world;
+    const Vector3d p = T * obs.p_robot;
     const double squared = p.z() < kMinZ_m ? 1e9 : residual(p, obs.o, focal_px).squaredNorm();
     obs.inlier = obs.o.weight * squared <= chi2_bound(obs.o);
     if (!obs.inlier) continue;

@@ -1,7 +1,9 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
 
 #include "mapping/geometry.hpp"
+#include "mapping/local/features.hpp"
 
 namespace onemap::mapping {
 
@@ -14,6 +16,12 @@ struct Observation {
   double inverse_depth = 0;  // 1/m, 0 = none
   double weight = 1;         // 1 / sigma^2 in 1/px^2
 };
+
+// The weight of a feature: the larger what it describes, the less exact its place.
+inline double weight_of(const Keypoint& keypoint) {
+  const double size = std::max(1.0, static_cast<double>(keypoint.size_px) / 24.0);
+  return 1 / (size * size);
+}
 
 // Residual (3 rows; the third is 0 without depth) of a point in the camera's frame, in pixels.
 inline Vector3d residual(const Vector3d& p_camera, const Observation& o, double focal_px) {
@@ -32,7 +40,7 @@ inline Matrix3d residual_by_point(const Vector3d& p, const Observation& o, doubl
   return J;
 }
 
-// d p_camera / d (w, v) for a left increment of T_camera_world: [-p]x | I.
+// d p_camera / d (w, v) for a left increment of T_camera_robot: [-p]x | I.
 inline Eigen::Matrix<double, 3, 6> point_by_motion(const Vector3d& p) {
   Eigen::Matrix<double, 3, 6> J;
   J << 0, p.z(), -p.y(), 1, 0, 0,  //

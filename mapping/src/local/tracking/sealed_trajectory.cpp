@@ -6,7 +6,7 @@ SealedTrajectory::SealedTrajectory(std::size_t capacity) : ring_(capacity) {}
 
 void SealedTrajectory::finalize(const LandmarkMap& map, Entry& e) {
   if (e.final) return;
-  e.pose = map.keyframe(e.slot).T_camera_world.inverse() * e.pose;
+  e.pose = map.keyframe(e.slot).T_camera_robot.inverse() * e.pose;
   e.final = true;
 }
 

@@ -67,14 +67,12 @@ void WindowAdjuster::add_observations(LandmarkMap& map, std::size_t slot, std::i
     if (l.slot < 0) {
       if (!create || points_.size() == points_.capacity()) continue;
       l.slot = static_cast<std::int32_t>(points_.size());
-      points_.push_back({l.p_world, id, 0, 0});
+      points_.push_back({l.p_robot, id, 0, 0});
     }
     if (gathered_.size() == gathered_.capacity()) return;
-    const double size = std::max(1.0, static_cast<double>(k.features.set.keypoints[i].size_px) / 24.0);
-    gathered_.push_back(
-        {{k.features.ray[i], k.features.has_depth(i) ? 1 / k.features.depth_m[i] : 0.0, 1 / (size * size)},
-         pose,
-         static_cast<std::uint32_t>(i)});
+    gathered_.push_back({{k.features.ray[i], k.features.inverse_depth(i), weight_of(k.features.set.keypoints[i])},
+                         pose,
+                         static_cast<std::uint32_t>(i)});
     point_of_.push_back(static_cast<std::uint32_t>(l.slot));
   }
 }
@@ -90,7 +88,7 @@ void WindowAdjuster::gather(LandmarkMap& map, std::span<const std::size_t> free_
     for (const std::int32_t id : map.keyframe(slot).features.landmark)
       if (id >= 0) map.landmark(id).mark = mark, map.landmark(id).slot = -1;
   for (const std::size_t slot : free_slots) {
-    pose_[free_] = map.keyframe(slot).T_camera_world;
+    pose_[free_] = map.keyframe(slot).T_camera_robot;
     free_slot_[free_] = slot;
     add_observations(map, slot, static_cast<std::int32_t>(free_), true);
     ++free_;
@@ -102,7 +100,7 @@ void WindowAdjuster::gather(LandmarkMap& map, std::span<const std::size_t> free_
     for (std::size_t f = 0; f < free_; ++f) is_free = is_free || free_slot_[f] == near[i];
     if (is_free) continue;
     // Landmarks outside the window keep stale scratch slots; their mark tells them apart.
-    fixed_pose_[fixed_] = map.keyframe(near[i]).T_camera_world;
+    fixed_pose_[fixed_] = map.keyframe(near[i]).T_camera_robot;
     fixed_slot_[fixed_] = near[i];
     const std::size_t before = gathered_.size();
     const MapKeyframe& k = map.keyframe(near[i]);
@@ -245,8 +243,8 @@ void WindowAdjuster::adjust(LandmarkMap& map, std::span<const std::size_t> free_
     lambda *= 0.3;
     if (done) break;
   }
-  for (std::size_t i = 0; i < free_; ++i) map.keyframe(free_slot_[i]).T_camera_world = pose_[i];
-  for (const Point& point : points_) map.landmark(point.id).p_world = point.p;
+  for (std::size_t i = 0; i < free_; ++i) map.keyframe(free_slot_[i]).T_camera_robot = pose_[i];
+  for (const Point& point : points_) map.landmark(point.id).p_robot = point.p;
   drop_outliers(map, focal_px);
 }
 

@@ -16,5 +16,6 @@ namespace onemap::hal {
 // itself). Unusable lines of the lists are delivered first, each as one Grab::bad with file:line; then the frames, with
 // Grab::bad for each that cannot be read. All images have the size of the first good frame.
 Result<std::unique_ptr<DepthCamera>> open_replay(const CameraAddress& address);
+Status check_replay(const CameraAddress& address);  // its form and its options
 
 }  // namespace onemap::hal

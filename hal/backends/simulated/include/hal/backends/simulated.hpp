@@ -30,6 +30,7 @@ namespace onemap::hal {
 //
 // An unknown scene, an unknown option or a value out of its range is an error that lists what is valid.
 Result<std::unique_ptr<DepthCamera>> open_simulated(const CameraAddress& address);
+Status check_simulated(const CameraAddress& address);
 
 // Where the camera was at one frame. The camera frame is the optical one (x right, y down, z forward), the world is
 // the room (z up, metres, origin on the floor below the walk's centre).

@@ -1,0 +1,37 @@
+#include "round_trip.hpp"
+
+#include <algorithm>
+
+namespace onemap::comms {
+
+using std::chrono::milliseconds;
+
+void RoundTrip::sample(Duration rtt) {
+  if (srtt_.count() == 0) {
+    srtt_ = std::max(rtt, Duration(1));
+    var_ = rtt / 2;
+    return;
+  }
+  hasty_ -= hasty_ / 16;
+  const Duration error = rtt > srtt_ ? rtt - srtt_ : srtt_ - rtt;
+  var_ = (3 * var_ + error) / 4;
+  srtt_ = std::max((7 * srtt_ + rtt) / 8, Duration(1));
+}
+
+// Silence may be plain loss (half of all questions and answers at 30 % each way), so patience grows slowly at first.
+Duration RoundTrip::give_up_after(unsigned silences) const {
+  constexpr unsigned kMost = 10;
+  Duration base = milliseconds(100);
+  if (srtt_.count() != 0) base = srtt_ + std::max<Duration>(4 * var_, milliseconds(10));
+  base = std::clamp<Duration>(base, milliseconds(30), milliseconds(2000));
+  if (silences > kPatientSilences) base *= 1u << (std::min(silences, kMost) - kPatientSilences);
+  return std::min<Duration>(base, milliseconds(2000));
+}
+
+Duration RoundTrip::reorder_window() const {
+  return (srtt_.count() == 0 ? milliseconds(20) : std::max<Duration>(milliseconds(2), 4 * var_)) + hasty_;
+}
+
+void RoundTrip::was_hasty() { hasty_ = std::min<Duration>(hasty_ + milliseconds(1), milliseconds(200)); }
+
+}  // namespace onemap::comms

@@ -1,0 +1,287 @@
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <type_traits>
+#include <utility>
+
+#include "comms/udp/udp_port.hpp"
+#include "daemon/addresses.hpp"
+#include "daemon/cameras.hpp"
+#include "daemon/config_key.hpp"
+#include "hal/base/ids.hpp"
+
+namespace onemap::daemon {
+
+namespace {
+
+using Limits = mapping::LocalMapperLimits;
+using mapping::Range;
+
+// Three names, so that a row of the table reads as a sentence.
+struct About {
+  std::string_view section, name;
+  std::string text;
+};
+
+template <class T>
+std::string words(Range<T> range) {
+  return fmt::format("{} to {}", range.least, range.most);
+}
+
+// As somebody writes it: 0.02, and not what a float makes of it.
+template <class T>
+ConfigValue written(T value) {
+  if constexpr (std::is_integral_v<T>) return static_cast<std::int64_t>(value);
+  const std::string text = fmt::format("{}", value);
+  double exact = 0;
+  std::from_chars(text.data(), text.data() + text.size(), exact);
+  return exact;
+}
+
+// The value as a T, if it is a number of that kind within the range.
+template <class T>
+std::optional<T> in_range(const ConfigValue& value, Range<T> range) {
+  const auto* whole = std::get_if<std::int64_t>(&value);
+  if constexpr (std::is_integral_v<T>) {
+    if (!whole || std::cmp_less(*whole, range.least) || std::cmp_greater(*whole, range.most)) return std::nullopt;
+    return static_cast<T>(*whole);
+  } else {
+    const auto* real = std::get_if<double>(&value);
+    if (!whole && !real) return std::nullopt;
+    const double exact = whole ? static_cast<double>(*whole) : *real;
+    if (!(std::abs(exact) < 1e30)) return std::nullopt;  // NaN, and what a float cannot be
+    const T narrow = static_cast<T>(exact);
+    return range.holds(narrow) ? std::optional(narrow) : std::nullopt;
+  }
+}
+
+template <class T>
+Error refused(const ConfigValue& value, Range<T> range) {
+  const bool is_whole = std::holds_alternative<std::int64_t>(value);
+  if (std::is_integral_v<T> && !is_whole) return {"", "expected a whole number, " + words(range)};
+  if (!is_whole && !std::holds_alternative<double>(value)) return {"", "expected a number, " + words(range)};
+  return {"", fmt::format("{} is not within {}", toml_text(value), words(range))};
+}
+
+// field(config) is the number that a key sets.
+template <class T, class Field>
+ConfigKey number(About about, Range<T> range, Field field) {
+  const auto set = [range, field](const ConfigValue& value, Config& config) -> Status {
+    const auto accepted = in_range(value, range);
+    if (!accepted) return refused(value, range);
+    field(config) = *accepted;
+    return success();
+  };
+  return {about.section, about.name, std::move(about.text),
+          words(range),  set,        [field](const Config& config) { return written(field(config)); }};
+}
+
+// Mebibytes in the file, bytes in the field.
+template <class Field>
+ConfigKey megabytes(About about, Range<std::size_t> bytes, Field field) {
+  const Range<std::size_t> range{bytes.least >> 20, bytes.most >> 20};
+  const auto set = [range, field](const ConfigValue& value, Config& config) -> Status {
+    const auto accepted = in_range(value, range);
+    if (!accepted) return refused(value, range);
+    field(config) = *accepted << 20;
+    return success();
+  };
+  return {about.section, about.name, std::move(about.text),
+          words(range),  set,        [field](const Config& config) { return written(field(config) >> 20); }};
+}
+
+// Text that check() accepts; an empty one is as if nothing were said.
+ConfigKey text(About about, std::string values, std::string Config::*field, Status (*check)(const std::string&)) {
+  const auto set = [field, check](const ConfigValue& value, Config& config) -> Status {
+    const auto* words = std::get_if<std::string>(&value);
+    if (!words) return Error{"", "expected a string"};
+    if (auto status = words->empty() ? success() : check(*words); !status) return status;
+    config.*field = *words;
+    return success();
+  };
+  return {about.section,     about.name, std::move(about.text),
+          std::move(values), set,        [field](const Config& config) { return config.*field; }};
+}
+
+Status any(const std::string&) { return success(); }
+
+Status check_id(const std::string& id) {
+  if (RobotId::valid_name(id)) return success();
+  return Error{"", "'" + id + "' is not 1 to 16 characters of A-Z a-z 0-9 _ . -, the first no '.'"};
+}
+
+Status check_camera_address(const std::string& address) {
+  const Status status = hal::check_address(camera_backends(), address);
+  return status ? success() : Error{"", status.error().text()};
+}
+
+Status set_peers(const ConfigValue& value, Config& config) {
+  const auto* list = std::get_if<std::vector<std::string>>(&value);
+  if (!list) return Error{"", "expected a list of \"ADDR:PORT\""};
+  for (const std::string& peer : *list)
+    if (auto status = check_peer(peer); !status) return status;
+  config.peers = *list;
+  return success();
+}
+
+Status set_once(const ConfigValue& value, Config& config) {
+  const auto* once = std::get_if<bool>(&value);
+  if (!once) return Error{"", "expected true or false"};
+  config.once = *once;
+  return success();
+}
+
+Status set_speed(const ConfigValue& value, Config& config) {
+  const auto* word = std::get_if<std::string>(&value);
+  const bool is_number = std::holds_alternative<std::int64_t>(value) || std::holds_alternative<double>(value);
+  const auto speed = parse_speed(word ? *word : is_number ? toml_text(value) : "");
+  if (!speed) return Error{"", speed.error().reason};
+  config.speed = *speed;
+  return success();
+}
+
+ConfigValue get_speed(const Config& config) {
+  if (config.speed.max) return "max";
+  return config.speed.factor;
+}
+
+Status set_features(const ConfigValue& value, Config& config) {
+  const auto* word = std::get_if<std::string>(&value);
+  if (!word || (*word != "surf" && *word != "orb"))
+    return Error{"", fmt::format("{} is neither surf nor orb", toml_text(value))};
+  config.mapper.features = *word == "orb" ? mapping::DescriptorKind::orb : mapping::DescriptorKind::surf;
+  return success();
+}
+
+ConfigValue get_features(const Config& config) {
+  return config.mapper.features == mapping::DescriptorKind::orb ? "orb" : "surf";
+}
+
+constexpr Range<double> kSeconds{0, 1e6};
+constexpr Range<std::size_t> kBudget = Limits::budget_bytes;
+constexpr Range<float> kTruncation{2 * Limits::voxel_m.least, Limits::truncation_voxels.most* Limits::voxel_m.most};
+
+void add_robot(std::vector<ConfigKey>& keys) {
+  keys.push_back(text({"robot", "id",
+                       fmt::format("name of this robot, unique in the team; empty: made of the host's name, here {}",
+                                   id_from_host(host_name()))},
+                      "1 to 16 characters of A-Z a-z 0-9 _ . -, the first no '.'", &Config::id, check_id));
+  keys.push_back(text({"robot", "camera", "address of the camera, for example replay:DIR"},
+                      "BACKEND:PLACE, see --help; must be given here or as --camera", &Config::camera,
+                      check_camera_address));
+  keys.push_back(text({"robot", "out", "folder to write to; made when missing"},
+                      "a path; must be given here or as --out", &Config::out, any));
+}
+
+void add_network(std::vector<ConfigKey>& keys) {
+  keys.push_back(text({"network", "listen", "UDP address to listen at; port 0: any; empty: with peers 0.0.0.0:0"},
+                      "ADDR:PORT, such as 0.0.0.0:4600 or [::]:4600", &Config::listen, check_listen));
+  keys.push_back({"network", "peers", "neighbours to greet; none here and no listen: the robot is alone",
+                  "a list of ADDR:PORT, such as [\"10.0.0.2:4600\"]", set_peers,
+                  [](const Config& config) { return config.peers; }});
+  keys.push_back(number<std::uint64_t>(
+      {"network", "bytes_per_second", "bytes a second sent at most, to all neighbours"}, {10'000, 1'000'000'000},
+      [](auto& c) -> auto& { return c.bytes_per_second; }));
+  keys.push_back(megabytes(
+      {"network", "store_budget_mb", "MB for the records of all robots; full: refused and counted"}, kBudget,
+      [](auto& c) -> auto& { return c.store_budget_bytes; }));
+}
+
+void add_run(std::vector<ConfigKey>& keys) {
+  keys.push_back({"run", "once", "finish when the camera's stream is over and the team agrees", "true or false",
+                  set_once, [](const Config& config) { return config.once; }});
+  keys.push_back({"run", "speed", "pace of a recording: a factor, or \"max\": every frame, as fast as it goes",
+                  "0.01 to 1000, or \"max\"", set_speed, get_speed});
+  keys.push_back(number(
+      {"run", "linger_s", "once: seconds to keep answering neighbours after all agree"}, kSeconds,
+      [](auto& c) -> auto& { return c.linger_s; }));
+  keys.push_back(number<double>(
+      {"run", "lost_after_s", "seconds of silence after which a robot is not waited for"}, {1, kSeconds.most},
+      [](auto& c) -> auto& { return c.lost_after_s; }));
+  keys.push_back(number(
+      {"run", "peer_wait_s", "once: seconds to wait for peers that were never heard"}, kSeconds,
+      [](auto& c) -> auto& { return c.peer_wait_s; }));
+  keys.push_back(number(
+      {"run", "merge_while_mapping_s", "seconds between merges while robots map; 0: only at the end"}, kSeconds,
+      [](auto& c) -> auto& { return c.merge_while_mapping_s; }));
+  keys.push_back(number<int>(
+      {"run", "matches_picture", "write a picture of the feature matches every so many frames; 0: none"},
+      {0, 1'000'000}, [](auto& c) -> auto& { return c.matches_picture; }));
+}
+
+void add_tracking(std::vector<ConfigKey>& keys) {
+  keys.push_back(
+      {"tracking", "features", "kind of the local features", "\"surf\" or \"orb\"", set_features, get_features});
+  keys.push_back(number(
+      {"tracking", "max_features", "features of a frame at most"}, Limits::max_features,
+      [](auto& c) -> auto& { return c.mapper.max_features; }));
+  keys.push_back(number(
+      {"tracking", "max_keyframes", "keyframes kept; full: the most redundant old one makes room"},
+      Limits::max_keyframes, [](auto& c) -> auto& { return c.mapper.max_keyframes; }));
+  keys.push_back(number(
+      {"tracking", "keyframe_translation_m", "metres from the nearest keyframe that make a new one"},
+      Limits::keyframe_translation_m, [](auto& c) -> auto& { return c.mapper.keyframe_translation_m; }));
+  keys.push_back(number(
+      {"tracking", "keyframe_rotation_deg", "degrees from the nearest keyframe that make a new one"},
+      Limits::keyframe_rotation_deg, [](auto& c) -> auto& { return c.mapper.keyframe_rotation_deg; }));
+  keys.push_back(number(
+      {"tracking", "min_motion_m", "metres of motion below which a frame is not fused into the map"},
+      Limits::min_motion_m, [](auto& c) -> auto& { return c.mapper.min_motion_m; }));
+  keys.push_back(number(
+      {"tracking", "min_motion_deg", "degrees of motion below which a frame is not fused into the map"},
+      Limits::min_motion_deg, [](auto& c) -> auto& { return c.mapper.min_motion_deg; }));
+  keys.push_back(number<std::uint64_t>(
+      {"tracking", "seed", "of the random choices: the same seed gives the same bytes"}, {0, INT64_MAX},
+      [](auto& c) -> auto& { return c.mapper.seed; }));
+}
+
+void add_map(std::vector<ConfigKey>& keys) {
+  keys.push_back(number(
+      {"map", "voxel_m", "side of a voxel in metres"}, Limits::voxel_m,
+      [](auto& c) -> auto& { return c.mapper.map.voxel_m; }));
+  keys.push_back(number(
+      {"map", "truncation_m",
+       fmt::format("metres around a surface that are kept, {} to {} voxels", Limits::truncation_voxels.least,
+                   Limits::truncation_voxels.most)},
+      kTruncation, [](auto& c) -> auto& { return c.mapper.map.truncation_m; }));
+  keys.push_back(number(
+      {"map", "max_depth_m", "metres beyond which depth is not fused"}, Limits::max_depth_m,
+      [](auto& c) -> auto& { return c.mapper.map.max_depth_m; }));
+  keys.push_back(megabytes(
+      {"map", "budget_mb", "MB for the own map; full: new blocks are refused and counted"}, kBudget,
+      [](auto& c) -> auto& { return c.mapper.map.budget_bytes; }));
+  keys.push_back(megabytes(
+      {"map", "global_budget_mb", "MB for the team's map; full: blocks are refused and counted"}, kBudget,
+      [](auto& c) -> auto& { return c.global_budget_bytes; }));
+}
+
+constexpr ConfigSection kSections[] = {
+    {"robot", "who this robot is, what it sees with, where it writes"},
+    {"network", "whom it talks to over UDP"},
+    {"run", "how long it works and whom it waits for"},
+    {"tracking", "how it finds its way"},
+    {"map", "what it keeps of what it saw"},
+};
+
+}  // namespace
+
+std::span<const ConfigSection> config_sections() { return kSections; }
+
+std::span<const ConfigKey> config_keys() {
+  static const std::vector<ConfigKey> table = [] {
+    std::vector<ConfigKey> keys;
+    for (const auto add : {add_robot, add_network, add_run, add_tracking, add_map}) add(keys);
+    return keys;
+  }();
+  return table;
+}
+
+const ConfigKey* find_key(std::string_view section, std::string_view name) {
+  for (const ConfigKey& key : config_keys())
+    if (key.section == section && key.name == name) return &key;
+  return nullptr;
+}
+
+}  // namespace onemap::daemon

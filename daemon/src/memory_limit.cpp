@@ -1,0 +1,100 @@
+#include "daemon/memory_limit.hpp"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <charconv>
+#include <fstream>
+#include <optional>
+#include <string_view>
+
+namespace onemap::daemon {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+void take_least(MemoryLimit& least, std::uint64_t bytes, const std::string& what) {
+  if (bytes < least.bytes) least = {bytes, what};
+}
+
+// The number that a text begins with, after blanks.
+std::optional<std::uint64_t> number_at(std::string_view text) {
+  text.remove_prefix(std::min(text.find_first_not_of(" \t"), text.size()));
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc{} ? std::optional(value) : std::nullopt;
+}
+
+void take_machine(const fs::path& root, MemoryLimit& least) {
+  std::ifstream file(root / "proc/meminfo");
+  constexpr std::string_view kTotal = "MemTotal:";
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with(kTotal))
+      if (const auto kb = number_at(std::string_view(line).substr(kTotal.size())))
+        take_least(least, *kb * 1024, "this machine has");
+}
+
+// A group's limit holds for the groups below it. In a container the path is often the host's and not there, and the
+// container's own group is the topmost that can be seen.
+void take_groups(const fs::path& top, const std::string& group, const char* file_name, MemoryLimit& least) {
+  fs::path folder = top / fs::path(group).relative_path();
+  for (;;) {
+    std::ifstream file(folder / file_name);
+    std::string line;
+    if (std::getline(file, line))
+      if (const auto bytes = number_at(line)) take_least(least, *bytes, "this process's control group allows");
+    if (folder == top || !folder.has_relative_path()) return;
+    folder = folder.parent_path();
+  }
+}
+
+// Lines are HIERARCHY:CONTROLLERS:PATH; version 2 has hierarchy 0 and no controllers.
+void take_all_groups(const fs::path& root, MemoryLimit& least) {
+  const fs::path top = root / "sys/fs/cgroup";
+  std::ifstream file(root / "proc/self/cgroup");
+  for (std::string line; std::getline(file, line);) {
+    const std::size_t first = line.find(':'), second = line.find(':', first + 1);
+    if (first == std::string::npos || second == std::string::npos) continue;
+    const std::string controllers = fmt::format(",{},", line.substr(first + 1, second - first - 1));
+    const std::string group = line.substr(second + 1);
+    if (controllers == ",,") take_groups(top, group, "memory.max", least);
+    if (controllers.find(",memory,") != std::string::npos)
+      take_groups(top / "memory", group, "memory.limit_in_bytes", least);
+  }
+}
+
+}  // namespace
+
+MemoryLimit memory_limit(const fs::path& root) {
+  MemoryLimit least;
+  take_machine(root, least);
+  take_all_groups(root, least);
+  rlimit space{};
+  if (::getrlimit(RLIMIT_AS, &space) == 0 && space.rlim_cur != RLIM_INFINITY)
+    take_least(least, space.rlim_cur, "this process's limit of address space is");
+  return least;
+}
+
+Status check_memory(const Config& config, const MemoryLimit& limit) {
+  struct Budget {
+    const char* key;
+    std::size_t bytes;
+  };
+  std::vector<Budget> budgets{{"map.budget_mb", config.mapper.map.budget_bytes}};
+  if (!config.alone()) {
+    budgets.push_back({"map.global_budget_mb", config.global_budget_bytes});
+    budgets.push_back({"network.store_budget_mb", config.store_budget_bytes});
+  }
+  std::uint64_t sum = 0;
+  std::string each, keys;
+  for (const auto& [key, bytes] : budgets) {
+    sum += bytes;
+    each += fmt::format("{}{}", each.empty() ? "" : " + ", bytes >> 20);
+    keys += fmt::format("{}{}", keys.empty() ? "" : " + ", key);
+  }
+  if (sum <= limit.bytes) return success();
+  return Error{keys, fmt::format("{} = {} MB, but {} {} MB", each, sum >> 20, limit.what, limit.bytes >> 20)};
+}
+
+}  // namespace onemap::daemon

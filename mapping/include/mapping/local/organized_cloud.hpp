@@ -1,0 +1,42 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "hal/frame.hpp"
+#include "mapping/geometry.hpp"
+
+namespace onemap::mapping {
+
+// An organised cloud on an ideal pinhole grid (no distortion): the target of projective association. Cell (u, v) looks
+// along ((u - cx) / fx, (v - cy) / fy, 1). Invalid cells have z = 0 (points) or zero length (normals).
+struct OrganizedCloud {
+  int width = 0, height = 0;
+  float fx = 0, fy = 0, cx = 0, cy = 0;
+  std::vector<Vector3f> points;   // camera frame, metres
+  std::vector<Vector3f> normals;  // unit, towards the camera
+  std::size_t index(int u, int v) const {
+    return static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u);
+  }
+
+  // What organize() keeps for the next image of the same camera: the pixels that a cell reads (-1: outside the image),
+  // the ray through their middle, and 1 / z of each cell (0: invalid).
+  struct Sampling {
+    std::int32_t first_pixel = -1;
+    float x = 0, y = 0;
+  };
+  hal::Intrinsics camera{.width = 0, .height = 0};
+  std::vector<Sampling> sampling;
+  std::vector<float> inverse_depth;
+};
+
+// Builds a width x height organised cloud from a depth image, eq. (5): each cell takes the mean of the depths of one
+// surface in the block of pixels (intrinsics.width / width wide) about the pixel where its ray falls, which averages
+// the sensor's quantisation, at the ray through the middle of that block (at most half a pixel from the cell's own
+// ray). Normals from a plane fit over 5 x 5 cells, none across depth steps. The grid spans the colour image's field of
+// view (fx = width / intrinsics.width * intrinsics.fx, ...). out's memory is reused: no allocation after the first
+// call.
+void organize(std::span<const std::uint16_t> depth, const hal::Intrinsics& intrinsics, int width, int height,
+              OrganizedCloud& out);
+
+}  // namespace onemap::mapping

@@ -1,0 +1,78 @@
+#include "front_end.hpp"
+
+#include "mapping/image.hpp"
+
+namespace onemap::mapping {
+
+namespace {
+
+std::size_t pixels(const hal::Intrinsics& k) {
+  return static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height);
+}
+
+std::size_t most_points(const FrontEndConfig& config, const hal::Intrinsics& k) {
+  const auto count = [&](int side_px) {
+    return static_cast<std::size_t>((side_px + config.cloud_stride_px - 1) / config.cloud_stride_px);
+  };
+  return count(k.width) * count(k.height);
+}
+
+}  // namespace
+
+FrontEnd::FrontEnd(const FrontEndConfig& config, const hal::Intrinsics& k)
+    : config_(config),
+      intrinsics_(k),
+      rays_(k),
+      gray_(pixels(k)),
+      raw_points_(most_points(config, k)),
+      voxel_grid_(config.cloud_leaf_m, raw_points_.size()) {
+  if (config.features == DescriptorKind::surf) {
+    SurfConfig surf;
+    surf.max_features = config.max_features;
+    surf_.emplace(surf, k.width, k.height);
+  } else {
+    orb_.emplace(OrbConfig{config.max_features}, k.width, k.height);
+  }
+}
+
+Observed FrontEnd::make_observed() const {
+  Observed out;
+  out.features.reserve(static_cast<std::size_t>(config_.max_features));
+  out.features.set.kind = config_.features;
+  out.cloud.reserve(raw_points_.size());
+  return out;
+}
+
+void FrontEnd::observe(const hal::FrameView& frame, const StepHook& begin, Observed& out) {
+  detect(frame, begin, out.features);
+  begin(Step::cloud);
+  sample_cloud(frame, out.cloud);
+}
+
+// Local features of the grey image, and eq. (5) for each.
+void FrontEnd::detect(const hal::FrameView& frame, const StepHook& begin, FeatureFrame& out) {
+  begin(Step::gray);
+  to_gray(frame.rgb, gray_);
+  begin(Step::features);
+  const GrayView view{gray_.data(), intrinsics_.width, intrinsics_.height, intrinsics_.width};
+  if (surf_)
+    surf_->detect(view, out.set);
+  else
+    orb_->detect(view, out.set);
+  attach_geometry(out, frame.depth, rays_, intrinsics_.depth_scale);
+}
+
+// Eq. (5) for every stride-th pixel, and figure 7.
+void FrontEnd::sample_cloud(const hal::FrameView& frame, std::vector<Vector3f>& out) {
+  const PointSampling sampling{config_.cloud_stride_px, config_.cloud_far_m};
+  const std::size_t n = to_points(frame.depth, rays_, intrinsics_.depth_scale, sampling, raw_points_);
+  out.resize(n);
+  out.resize(voxel_grid_.downsample({raw_points_.data(), n}, out));
+}
+
+std::size_t FrontEnd::bytes() const {
+  return rays_.bytes() + gray_.capacity() + (surf_ ? surf_->bytes() : 0) + raw_points_.capacity() * sizeof(Vector3f) +
+         voxel_grid_.bytes();
+}
+
+}  // namespace onemap::mapping

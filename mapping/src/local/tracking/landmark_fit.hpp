@@ -1,0 +1,33 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "guided_search.hpp"
+#include "hal/frame.hpp"
+#include "pose_refiner.hpp"
+
+namespace onemap::mapping {
+
+// The last word on where a camera is: landmarks are looked for near where they should be, and the pose moves to the
+// least reprojection error over those that were found. Memory is taken in the constructor.
+class LandmarkFit {
+ public:
+  LandmarkFit(const hal::Intrinsics& intrinsics, std::size_t max_features);
+  // features.landmark: in, what is known to be seen; out, what the pose agrees with. T_camera_robot: in, a guess.
+  // Counts in the landmarks how often they were visible and found. Returns the inliers.
+  int fit(FeatureFrame& features, LandmarkMap& map, std::span<const std::int32_t> near, const PosePrior* prior,
+          Pose& T_camera_robot);
+
+ private:
+  void observe(const FeatureFrame& features, const LandmarkMap& map);
+  void keep_inliers(FeatureFrame& features, LandmarkMap& map) const;
+
+  double focal_px_;
+  GuidedSearch search_;
+  std::vector<PoseObservation> observations_;
+  std::vector<std::uint32_t> feature_of_;  // of each observation
+};
+
+}  // namespace onemap::mapping

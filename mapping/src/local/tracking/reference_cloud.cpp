@@ -1,0 +1,37 @@
+#include "reference_cloud.hpp"
+
+#include <vector>
+
+#include "keyframe_record.hpp"
+
+namespace onemap::mapping {
+
+ReferenceCloud::ReferenceCloud(const hal::Intrinsics& intrinsics) : intrinsics_(intrinsics) {
+  // The first call of each takes its memory.
+  const std::vector<std::uint16_t> no_depth(static_cast<std::size_t>(intrinsics.width) *
+                                            static_cast<std::size_t>(intrinsics.height));
+  MapKeyframe none;
+  see(no_depth, none);
+  restore(none);
+  is_seen_ = true;
+}
+
+void ReferenceCloud::see(std::span<const std::uint16_t> depth, MapKeyframe& keyframe) {
+  organize(depth, intrinsics_, kGridWidth, kGridHeight, seen_);
+  store_grid(seen_, keyframe);
+  is_seen_ = true;
+}
+
+void ReferenceCloud::restore(const MapKeyframe& keyframe) {
+  grid_cloud(keyframe, restored_);
+  is_seen_ = false;
+}
+
+std::size_t ReferenceCloud::bytes() const {
+  const auto of = [](const OrganizedCloud& c) {
+    return c.points.size() * (2 * sizeof(Vector3f) + sizeof(OrganizedCloud::Sampling) + sizeof(float));
+  };
+  return of(seen_) + of(restored_);
+}
+
+}  // namespace onemap::mapping

@@ -1,0 +1,81 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+
+#include "front_end.hpp"
+#include "hal/frame.hpp"
+#include "keyframe_map.hpp"
+#include "landmark_fit.hpp"
+#include "mapping/local/icp.hpp"
+#include "mapping/local/match_picture.hpp"
+#include "mapping/local/step.hpp"
+#include "mapping/local/track_reason.hpp"
+#include "mapping/local/two_view.hpp"
+#include "motion_gate.hpp"
+
+namespace onemap::mapping {
+
+// Where a frame was placed, or why it was not.
+struct Placed {
+  TrackReason reason = TrackReason::ok;
+  Pose T_camera_robot;           // when ok()
+  int matches = 0, inliers = 0;  // of the last image that it was compared with
+
+  bool ok() const { return reason == TrackReason::ok || reason == TrackReason::first_frame; }
+};
+
+struct TrackerConfig {
+  int max_features = 500;
+  std::uint64_t seed = 1;
+};
+
+// Where is the camera? A frame is placed by the frame before it, by the reference keyframe, or, when the camera is
+// lost, by earlier keyframes. Memory is taken in the constructor.
+class Tracker {
+ public:
+  // spare: an Observed with the memory that frames need (FrontEnd::make_observed()).
+  Tracker(const TrackerConfig& config, const hal::Intrinsics& intrinsics, Observed spare);
+
+  TrackState state() const { return state_; }
+  // Notes in seen's features which landmarks they are, and may change the map's reference.
+  Placed locate(Observed& seen, KeyframeMap& map, const StepHook& begin);
+  // What became of the frame: it was placed (seen is then another's, for the next frame), was lost, or is not looked
+  // at.
+  void follow(Observed& seen, FrameTime time, const Pose& T_camera_robot);
+  void lose();
+  void skip() { compared_ = {}; }
+
+  // seen: as the last call left it. Valid until the next call.
+  MatchPicture last_matches(const Observed& seen, const KeyframeMap& map) const;
+  std::size_t bytes() const { return two_view_.bytes(); }
+
+ private:
+  // The image that the frame was last compared with.
+  struct Compared {
+    enum class With : std::uint8_t { nothing, previous, keyframe } with = With::nothing;
+    std::size_t slot = 0;
+    FrameTime time{};
+  };
+  Placed first(const FeatureFrame& features) const;
+  Placed by_known_images(Observed& seen, KeyframeMap& map, const StepHook& begin);
+  TrackReason relocalise(Observed& seen, KeyframeMap& map, const StepHook& begin, Placed& placed);
+  TrackReason by_previous(Observed& seen, KeyframeMap& map, const StepHook& begin, Placed& placed);
+  TrackReason by_keyframe(std::size_t slot, Observed& seen, KeyframeMap& map, const StepHook& begin, Placed& placed);
+  TrackReason by_image(const FeatureFrame& other, const Pose& T_other_robot, Observed& seen, KeyframeMap& map,
+                       const StepHook& begin, Placed& placed);
+  std::optional<PosePrior> align_depth(const Observed& seen, const KeyframeMap& map, const Pose& T_camera_robot) const;
+
+  TwoView two_view_;
+  Icp icp_;
+  LandmarkFit fit_;
+  MotionGate jump_gate_;
+  TrackState state_ = TrackState::starting;
+  Observed previous_;  // the last placed frame
+  FrameTime previous_time_{};
+  Pose T_previous_robot_;
+  std::size_t relocalisation_next_ = 0;  // slot
+  Compared compared_;
+  bool placed_ = false;  // the frame that was compared: previous_ is it then
+};
+
+}  // namespace onemap::mapping

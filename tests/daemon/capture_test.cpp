@@ -1,0 +1,102 @@
+// The capture thread with a camera that follows a script: what is delivered, counted and said.
+#include "daemon/capture.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <deque>
+
+namespace onemap::daemon {
+namespace {
+
+using hal::Grab;
+using testing::HasSubstr;
+
+// Answers what its script says, and `end` when that is over.
+class ScriptedCamera final : public hal::DepthCamera {
+ public:
+  explicit ScriptedCamera(std::deque<Grab> script) : script_(std::move(script)) {
+    intrinsics_.width = 4;
+    intrinsics_.height = 3;
+  }
+  const hal::Intrinsics& intrinsics() const override { return intrinsics_; }
+  Grab grab(hal::Frame& into, std::chrono::milliseconds) override {
+    if (script_.empty()) return Grab::end;
+    const Grab grab = script_.front();
+    script_.pop_front();
+    if (grab == Grab::frame) into.index = frames_++;
+    if (grab == Grab::gone) error_ = {"/dev/camera", "unplugged " + std::to_string(++unplugged_)};
+    if (grab == Grab::bad) error_ = {"/dev/camera", "torn"};
+    return grab;
+  }
+  const Error& last_error() const override { return error_; }
+  hal::CameraCounters counters() const override { return {}; }
+  bool live() const override { return true; }
+  std::uint64_t frames_expected() const override { return 0; }
+  std::string description() const override { return "scripted"; }
+
+ private:
+  hal::Intrinsics intrinsics_;
+  std::deque<Grab> script_;
+  Error error_;
+  std::uint64_t frames_ = 0;
+  int unplugged_ = 0;
+};
+
+struct Played {
+  std::vector<std::uint64_t> frames;
+  CaptureCounters counters;
+  bool ended = false;
+  std::string log;
+};
+
+Played play(std::deque<Grab> script) {
+  ScriptedCamera camera(std::move(script));
+  Failures failures;
+  Log log("robot");
+  Played played;
+  testing::internal::CaptureStderr();
+  {
+    Capture capture(camera, {true, 1}, failures, log);
+    capture.start();
+    while (auto frame = capture.frames().pop()) played.frames.push_back(frame->index);
+    capture.stop();
+    played.counters = capture.counters();
+    played.ended = capture.ended();
+  }
+  played.log = testing::internal::GetCapturedStderr();
+  return played;
+}
+
+std::size_t count(const std::string& text, const std::string& what) {
+  std::size_t n = 0;
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++n;
+  return n;
+}
+
+TEST(Capture, AGoneCameraIsWaitedForAndSaidOnceEachTime) {
+  using enum Grab;
+  const Played played = play({frame, gone, gone, timeout, gone, frame, frame, gone, frame, end});
+  EXPECT_THAT(played.frames, testing::ElementsAre(0u, 1u, 2u, 3u));
+  EXPECT_EQ(played.counters.grabbed, 4u);
+  EXPECT_EQ(played.counters.gone, 2u);
+  EXPECT_EQ(played.counters.bad, 0u);
+  EXPECT_TRUE(played.ended);
+  EXPECT_EQ(count(played.log, "the camera is gone: /dev/camera: unplugged"), 2u) << played.log;
+  EXPECT_THAT(played.log, HasSubstr("unplugged 1;"));
+  EXPECT_THAT(played.log, HasSubstr("unplugged 4;"));
+  EXPECT_EQ(count(played.log, "the camera is back"), 2u) << played.log;
+}
+
+TEST(Capture, TimeoutsAndBadFramesDoNotEndTheStream) {
+  using enum Grab;
+  const Played played = play({timeout, bad, frame, timeout, bad, frame});
+  EXPECT_THAT(played.frames, testing::ElementsAre(0u, 1u));
+  EXPECT_EQ(played.counters.bad, 2u);
+  EXPECT_EQ(played.counters.gone, 0u);
+  EXPECT_THAT(played.log, HasSubstr("frame refused: /dev/camera: torn"));
+  EXPECT_THAT(played.log, testing::Not(HasSubstr("gone")));
+}
+
+}  // namespace
+}  // namespace onemap::daemon

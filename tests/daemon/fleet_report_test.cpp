@@ -1,0 +1,110 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/fleet/fleet.hpp"
+#include "daemon/fleet/log_tail.hpp"
+#include "temp_folder.hpp"
+
+namespace onemap::daemon {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+Report report_of(const std::string& name, std::uint64_t digest) {
+  Report report{true, "robot1", 100, 50, {}};
+  RobotReport robot;
+  robot.name = name;
+  robot.map_digest = digest;
+  report.robots.push_back(robot);
+  return report;
+}
+
+TEST(FleetReport, ARobotThatFailedLeavesNoOneMapAndIsMarked) {
+  Report dead = report_of("robot1", 7);
+  dead.reference.clear();
+  dead.global_points = 0;
+  dead.robots[0].failed = "ended too early with signal 9";
+  const Report team = join_reports({dead, report_of("robot2", 7), report_of("robot3", 7)}, true);
+  EXPECT_FALSE(team.same_map);
+  EXPECT_EQ(team.reference, "robot1") << "as the living know it";
+  EXPECT_EQ(team.global_points, 50u);
+  EXPECT_THAT(to_table(team), HasSubstr("robot1: FAILED: ended too early with signal 9"));
+  const auto json = nlohmann::json::parse(to_json(team));
+  EXPECT_EQ(json["robots"][0]["failed"], "ended too early with signal 9");
+  EXPECT_FALSE(json["robots"][1].contains("failed"));
+  EXPECT_EQ(to_json(*report_from_json(to_json(team), "")), to_json(team));
+}
+
+TEST(FleetReport, AFailureAloneIsEnoughForNoOneMap) {
+  Report failed = report_of("robot2", 7);
+  failed.robots[0].failed = "exit status 1";
+  EXPECT_TRUE(join_reports({report_of("robot1", 7), report_of("robot2", 7)}, true).same_map);
+  EXPECT_FALSE(join_reports({report_of("robot1", 7), failed}, true).same_map);
+}
+
+TEST(FleetReport, WhatWasRefusedStandsBelowTheTable) {
+  Report report = report_of("robot1", 7);
+  EXPECT_THAT(to_table(report), Not(HasSubstr("robot1:")));
+  report.robots[0].blocks_refused = 812;
+  report.robots[0].refused = {{"bad_frame", 3}, {"id_\x1b[31mconflict", 1}};
+  EXPECT_THAT(to_table(report),
+              AllOf(HasSubstr("robot1: no room for 812 blocks of the local map"),
+                    HasSubstr("robot1: refused from the network: bad_frame 3, id_\\x1b[31mconflict 1")));
+}
+
+TEST(FleetReport, ForeignTextInItIsText) {
+  Report report = report_of("robot1", 7);
+  report.robots[0].camera = "replay:\xff\n";
+  report.robots[0].failed = "\xfe";
+  const auto json = nlohmann::json::parse(to_json(report));
+  EXPECT_EQ(json["robots"][0]["camera"], "replay:\\xff\\x0a");
+  EXPECT_EQ(json["robots"][0]["failed"], "\\xfe");
+}
+
+TEST(FleetText, ListsTheFilesThatAreThere) {
+  const test::TempFolder out;
+  out.write("robot1/local.png", "x");
+  out.write("robot2/global.ply", "x");
+  const Report team = join_reports({report_of("robot1", 7), report_of("robot2", 7)}, true);
+  const std::string text = to_text(team, out.path().string()), folder = "  " + out.path().string();
+  EXPECT_THAT(text, AllOf(HasSubstr("pictures:\n" + folder + "/robot1/local.png\nmodels"),
+                          HasSubstr("PLY):\n" + folder + "/robot2/global.ply\nreport: ")));
+  EXPECT_THAT(text, AllOf(HasSubstr("maps equal: yes; reference robot1; merged in 100 ms; 50 points"),
+                          Not(HasSubstr("global.png")), Not(HasSubstr("glb"))));
+  EXPECT_THAT(to_text(team, out.path().string() + "/none"),
+              AllOf(Not(HasSubstr("pictures")), Not(HasSubstr("models"))));
+}
+
+TEST(FleetProgress, ShowsTheKeyframesThatThereAre) {
+  RobotStatus status;
+  status.frames = 50;
+  status.frames_expected = 100;
+  status.keyframes = 4;
+  EXPECT_THAT(Progress::bar("robot1", status), HasSubstr("4 keyframes"));
+  testing::internal::CaptureStderr();
+  Progress({"robot1"}, false).show({status}, Instant{});
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "robot1 tracking 50 % (4 keyframes)\n");
+}
+
+TEST(LogTail, IsTheLastLinesAsText) {
+  const test::TempFolder folder;
+  folder.write("log.txt", "one\ntwo\nth\xffree\n");
+  EXPECT_THAT(last_lines(folder / "log.txt", 2), ElementsAre("two", "th\\xffree"));
+  EXPECT_THAT(last_lines(folder / "log.txt", 9), ElementsAre("one", "two", "th\\xffree"));
+  folder.write("log.txt", "cut");
+  EXPECT_THAT(last_lines(folder / "log.txt", 2), ElementsAre("cut"));
+  folder.write("log.txt", std::string(100000, 'x') + "\n" + std::string(5000, 'y') + "\nlast\n");
+  EXPECT_THAT(last_lines(folder / "log.txt", 5), ElementsAre(std::string(5000, 'y'), "last"));
+  folder.write("log.txt", "");
+  EXPECT_THAT(last_lines(folder / "log.txt", 2), IsEmpty());
+  EXPECT_THAT(last_lines(folder / "none.txt", 2), IsEmpty());
+}
+
+}  // namespace
+}  // namespace onemap::daemon

@@ -1,0 +1,117 @@
+#include "daemon/saved_map.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "mapping/local/surface.hpp"
+#include "support/random.hpp"
+
+namespace onemap::daemon {
+namespace {
+
+using testing::HasSubstr;
+
+// A coloured ball of 30 cm at the origin.
+mapping::VoxelMap ball() {
+  mapping::VoxelMapConfig config;
+  config.budget_bytes = 8u << 20;
+  config.image_pixels = 0;
+  mapping::VoxelMap map(config);
+  for (int z = -3; z < 3; ++z)
+    for (int y = -3; y < 3; ++y)
+      for (int x = -3; x < 3; ++x)
+        for (int i = 0; i < mapping::kBlockVoxels; ++i) {
+          const mapping::Vector3d p(8 * x + i % 8 + 0.5, 8 * y + i / 8 % 8 + 0.5, 8 * z + i / 64 + 0.5);
+          const double units = ((p * 0.02).norm() - 0.3) / 0.06 * mapping::kTsdfOne;
+          if (std::abs(units) > mapping::kTsdfOne) continue;
+          mapping::Voxel& voxel = map.find_or_add({x, y, z})[i];
+          voxel.add_tsdf(static_cast<int>(units), 5);
+          voxel.add_color(200, 10 * (x + 10), i % 256);
+        }
+  return map;
+}
+
+SavedPath way(const std::string& name, std::uint32_t number) {
+  SavedPath path;
+  path.name = name;
+  path.number = number;
+  path.T_map_robot.t_10um = {100'000, 0, 0};
+  for (int i = 0; i < 5; ++i) {
+    mapping::QuantizedPose pose;
+    pose.t_10um = {0, i * 1000, 0};
+    path.poses.push_back(pose);
+    if (i % 2 == 0) path.keyframes.push_back(pose);
+  }
+  return path;
+}
+
+std::vector<std::uint8_t> saved() {
+  const std::vector<SavedPath> paths{way("r1", 0), way("r2", 4)};
+  return save_map("the ball", paths, ball());
+}
+
+TEST(SavedMap, GivesBackTheSurfaceOfTheMap) {
+  const auto scene = load_map("ball.omap", saved());
+  ASSERT_TRUE(scene) << scene.error().text();
+  const mapping::TriangleMesh expected = mapping::extract_mesh(ball());
+  ASSERT_GT(expected.vertices.size(), 1000u);
+  EXPECT_EQ(scene->mesh.vertices, expected.vertices);
+  EXPECT_EQ(scene->mesh.triangles, expected.triangles);
+  EXPECT_EQ(scene->mesh.colors, expected.colors);
+  EXPECT_EQ(scene->title, "the ball");
+}
+
+TEST(SavedMap, GivesBackTheRobotsWaysInTheMapsFrame) {
+  const auto scene = load_map("ball.omap", saved());
+  ASSERT_EQ(scene->robots.size(), 2u);
+  EXPECT_EQ(scene->robots[1].name, "r2");
+  EXPECT_EQ(scene->robots[1].color, render::robot_color(4));
+  ASSERT_EQ(scene->robots[1].poses.size(), 5u);
+  ASSERT_EQ(scene->robots[1].keyframe_poses.size(), 3u);
+  EXPECT_DOUBLE_EQ(scene->robots[1].poses[4].t.x(), 1.0);
+  EXPECT_DOUBLE_EQ(scene->robots[1].poses[4].t.y(), 0.04);
+}
+
+TEST(SavedMap, AnEmptyMapIsAMap) {
+  mapping::VoxelMapConfig config;
+  config.budget_bytes = 4u << 20;
+  const auto scene = load_map("x", save_map("", {}, mapping::VoxelMap(config)));
+  ASSERT_TRUE(scene);
+  EXPECT_TRUE(scene->mesh.vertices.empty());
+}
+
+TEST(SavedMap, WhatIsCutShortIsRefusedWithThePlace) {
+  const auto whole = saved();
+  for (std::size_t size = 0; size < whole.size(); size += size < 400 ? 1 : 997) {
+    const auto scene = load_map("ball.omap", std::span(whole).first(size));
+    ASSERT_FALSE(scene) << size;
+    EXPECT_THAT(scene.error().text(), HasSubstr("ball.omap"));
+  }
+  auto longer = whole;
+  longer.push_back(0);
+  EXPECT_THAT(load_map("x", longer).error().text(), HasSubstr("goes on after its end"));
+  EXPECT_THAT(load_map("x", std::vector<std::uint8_t>{1, 2, 3}).error().text(), HasSubstr("not a saved map"));
+}
+
+TEST(SavedMap, DamagedBytesGiveAMapOrAReason) {
+  const auto whole = saved();
+  test::Random random(7);
+  int refused = 0;
+  for (int k = 0; k < 300; ++k) {
+    auto damaged = whole;
+    for (int n = 0; n < 3; ++n)
+      damaged[random.next() % (k % 2 == 0 ? 600 : damaged.size())] ^=
+          static_cast<std::uint8_t>(1u << (random.next() % 8));
+    const auto scene = load_map("x", damaged);
+    refused += scene ? 0 : 1;
+  }
+  EXPECT_GT(refused, 100);
+}
+
+TEST(SavedMap, NamesFromOutsideAreMadePrintable) {
+  const std::vector<SavedPath> paths{way("r\x1b[31m", 0)};
+  EXPECT_EQ(load_map("x", save_map("a\nb", paths, ball()))->robots[0].name, "r\\x1b[31m");
+}
+
+}  // namespace
+}  // namespace onemap::daemon

@@ -1,0 +1,394 @@
+#include "mock_uvc.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <sys/mman.h>
+#include <umockdev.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <deque>
+#include <stdexcept>
+#include <utility>
+
+namespace onemap::test {
+
+namespace {
+
+void check(GError* error) {
+  if (!error) return;
+  const std::string text = error->message;
+  g_error_free(error);
+  throw std::runtime_error("umockdev: " + text);
+}
+
+}  // namespace
+
+// One node: the driver's side of the V4L2 calls. All state is guarded by the device's mutex.
+class MockNode {
+ public:
+  MockNode(MockUvc& device, MockNodeConfig config);
+  ~MockNode() { detach(); }
+
+  void attach(const std::string& path, const std::string& file);
+  void detach();
+  int call(unsigned long request, std::uint8_t* argument);  // 0, or errno
+  static gboolean on_ioctl(UMockdevIoctlBase* base, UMockdevIoctlClient* client);
+  bool streaming() const { return streaming_; }
+  std::size_t queued() const { return queued_.size(); }
+
+  bool damage_next = false;
+  unsigned long refused_request = 0;
+  int refused_code = 0;
+
+ private:
+  std::uint32_t row_bytes() const { return mode_.width * 2; }
+  std::uint32_t stride() const { return row_bytes() + config_.padding_bytes; }
+  std::uint32_t image_bytes() const { return stride() * mode_.height; }
+  std::uint32_t slot_bytes() const { return (image_bytes() + 4095u) / 4096u * 4096u; }
+  bool wants(std::uint32_t format, std::uint32_t width, std::uint32_t height) const;
+  int set_format(v4l2_format& f);
+  int enumerate_sizes(v4l2_frmsizeenum& s) const;
+  int request_buffers(v4l2_requestbuffers& r);
+  int take(v4l2_buffer& b);
+  void produce();
+  void forget();
+
+  MockUvc& device_;
+  const MockNodeConfig config_;
+  UMockdevIoctlBase* handler_ = nullptr;
+  std::string path_, file_;
+  MockMode mode_;
+  int fps_ = 30;
+  std::uint8_t* memory_ = nullptr;
+  std::size_t memory_bytes_ = 0;
+  std::uint32_t buffers_ = 0, sequence_ = 0;
+  struct Done {
+    std::uint32_t index, sequence, flags;
+    std::int64_t time_us;
+  };
+  std::deque<std::uint32_t> queued_;
+  std::deque<Done> done_;
+  bool streaming_ = false;
+  std::int64_t next_us_ = 0;
+};
+
+namespace {
+
+void init_class(gpointer klass, gpointer) {
+  static_cast<UMockdevIoctlBaseClass*>(klass)->handle_ioctl = MockNode::on_ioctl;
+}
+
+GType handler_type() {
+  static const GType type =
+      g_type_register_static_simple(umockdev_ioctl_base_get_type(), "OnemapMockUvcNode", sizeof(UMockdevIoctlBaseClass),
+                                    init_class, sizeof(UMockdevIoctlBase), nullptr, GTypeFlags{});
+  return type;
+}
+
+}  // namespace
+
+MockNode::MockNode(MockUvc& device, MockNodeConfig config) : device_(device), config_(std::move(config)) {
+  mode_ = {config_.formats.front(), config_.sizes.front().first, config_.sizes.front().second};
+}
+
+void MockNode::attach(const std::string& path, const std::string& file) {
+  path_ = path;
+  file_ = file;
+  // umockdev makes a pty; a plain file in its place can be mapped, and calls still come to the handler by the path.
+  unlink(file.c_str());
+  const int fd = ::open(file.c_str(), O_CREAT | O_RDWR, 0600);
+  if (fd < 0) throw std::runtime_error("no file for " + path);
+  close(fd);
+  handler_ = static_cast<UMockdevIoctlBase*>(g_object_new(handler_type(), nullptr));
+  g_object_set_data(reinterpret_cast<GObject*>(handler_), "node", this);
+  GError* error = nullptr;
+  umockdev_testbed_attach_ioctl(device_.testbed_.handle(), path.c_str(), handler_, &error);
+  check(error);
+}
+
+void MockNode::detach() {
+  if (!handler_) return;
+  umockdev_testbed_detach_ioctl(device_.testbed_.handle(), path_.c_str(), nullptr);
+  g_object_unref(handler_);
+  handler_ = nullptr;
+  forget();
+}
+
+void MockNode::forget() {
+  if (memory_) munmap(memory_, memory_bytes_);
+  memory_ = nullptr;
+  queued_.clear();
+  done_.clear();
+  streaming_ = false;
+  buffers_ = 0;
+}
+
+bool MockNode::wants(std::uint32_t format, std::uint32_t width, std::uint32_t height) const {
+  const bool known = std::ranges::find(config_.formats, format) != config_.formats.end();
+  return known && std::ranges::find(config_.sizes, std::pair(width, height)) != config_.sizes.end();
+}
+
+// As drivers do: what it cannot do becomes what it can, without a word.
+int MockNode::set_format(v4l2_format& f) {
+  auto& pix = f.fmt.pix;
+  if (wants(pix.pixelformat, pix.width, pix.height)) {
+    mode_ = {pix.pixelformat, pix.width, pix.height};
+  } else {
+    mode_ = {config_.formats.front(), config_.sizes.front().first, config_.sizes.front().second};
+  }
+  pix.pixelformat = mode_.format;
+  pix.width = mode_.width;
+  pix.height = mode_.height;
+  pix.bytesperline = stride();
+  pix.sizeimage = image_bytes();
+  pix.field = V4L2_FIELD_NONE;
+  return 0;
+}
+
+int MockNode::enumerate_sizes(v4l2_frmsizeenum& s) const {
+  if (s.index >= config_.sizes.size()) return EINVAL;
+  s.type = V4L2_FRMSIZE_TYPE_DISCRETE;
+  s.discrete.width = config_.sizes[s.index].first;
+  s.discrete.height = config_.sizes[s.index].second;
+  return 0;
+}
+
+int MockNode::request_buffers(v4l2_requestbuffers& r) {
+  forget();
+  r.count = buffers_ = std::min(r.count, config_.most_buffers);
+  if (r.count == 0) return 0;
+  memory_bytes_ = std::size_t{slot_bytes()} * buffers_;
+  const int fd = ::open(file_.c_str(), O_RDWR);
+  const bool grown = fd >= 0 && ftruncate(fd, static_cast<off_t>(memory_bytes_)) == 0;
+  void* memory = grown ? mmap(nullptr, memory_bytes_, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0) : MAP_FAILED;
+  if (fd >= 0) close(fd);
+  if (memory == MAP_FAILED) return ENOMEM;
+  memory_ = static_cast<std::uint8_t*>(memory);
+  return 0;
+}
+
+// All images that are due by now: into the oldest buffer that waits, or lost.
+void MockNode::produce() {
+  while (streaming_ && !device_.paused_ && next_us_ <= device_.now_us_) {
+    if (!queued_.empty()) {
+      const std::uint32_t index = queued_.front();
+      queued_.pop_front();
+      config_.content(mode_, sequence_, memory_ + std::size_t{index} * slot_bytes(), stride());
+      std::uint32_t flags = V4L2_BUF_FLAG_DONE | V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
+      if (std::exchange(damage_next, false)) flags |= V4L2_BUF_FLAG_ERROR;
+      done_.push_back({index, sequence_, flags, next_us_});
+    }
+    ++sequence_;
+    next_us_ += 1'000'000 / fps_;
+  }
+  if (device_.paused_) next_us_ = std::max(next_us_, device_.now_us_);
+}
+
+int MockNode::take(v4l2_buffer& b) {
+  produce();
+  if (done_.empty()) {
+    device_.now_us_ += 500;
+    return EAGAIN;
+  }
+  const Done done = done_.front();
+  done_.pop_front();
+  b.index = done.index;
+  b.sequence = done.sequence;
+  b.flags = done.flags;
+  b.bytesused = image_bytes();
+  b.field = V4L2_FIELD_NONE;
+  b.timestamp.tv_sec = done.time_us / 1'000'000;
+  b.timestamp.tv_usec = done.time_us % 1'000'000;
+  return 0;
+}
+
+int MockNode::call(unsigned long request, std::uint8_t* argument) {
+  if (!device_.present_) return ENODEV;
+  if (refused_request == request) {
+    refused_request = 0;
+    return refused_code;
+  }
+  switch (request) {
+    case VIDIOC_QUERYCAP: {
+      auto& v = *reinterpret_cast<v4l2_capability*>(argument);
+      std::memset(&v, 0, sizeof v);
+      std::strncpy(reinterpret_cast<char*>(v.driver), "uvcvideo", sizeof v.driver - 1);
+      std::strncpy(reinterpret_cast<char*>(v.card), "Mock depth camera", sizeof v.card - 1);
+      v.device_caps = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
+      v.capabilities = v.device_caps | V4L2_CAP_DEVICE_CAPS;
+      return 0;
+    }
+    case VIDIOC_ENUM_FMT: {
+      auto& v = *reinterpret_cast<v4l2_fmtdesc*>(argument);
+      if (v.index >= config_.formats.size()) return EINVAL;
+      v.pixelformat = config_.formats[v.index];
+      return 0;
+    }
+    case VIDIOC_ENUM_FRAMESIZES:
+      return enumerate_sizes(*reinterpret_cast<v4l2_frmsizeenum*>(argument));
+    case VIDIOC_S_FMT:
+      return streaming_ ? EBUSY : set_format(*reinterpret_cast<v4l2_format*>(argument));
+    case VIDIOC_G_PARM:
+    case VIDIOC_S_PARM: {
+      auto& capture = reinterpret_cast<v4l2_streamparm*>(argument)->parm.capture;
+      capture.capability = V4L2_CAP_TIMEPERFRAME;
+      if (request == VIDIOC_S_PARM && !config_.fixed_rate && capture.timeperframe.numerator == 1)
+        fps_ = static_cast<int>(capture.timeperframe.denominator);
+      if (config_.fixed_rate) fps_ = config_.fps;
+      capture.timeperframe = {1, static_cast<__u32>(fps_)};
+      return 0;
+    }
+    case VIDIOC_REQBUFS:
+      return streaming_ ? EBUSY : request_buffers(*reinterpret_cast<v4l2_requestbuffers*>(argument));
+    case VIDIOC_QUERYBUF: {
+      auto& v = *reinterpret_cast<v4l2_buffer*>(argument);
+      if (v.index >= buffers_) return EINVAL;
+      v.length = slot_bytes();
+      v.m.offset = v.index * slot_bytes();
+      return 0;
+    }
+    case VIDIOC_QBUF: {
+      const std::uint32_t index = reinterpret_cast<v4l2_buffer*>(argument)->index;
+      if (index >= buffers_ || std::ranges::find(queued_, index) != queued_.end()) return EINVAL;
+      queued_.push_back(index);
+      return 0;
+    }
+    case VIDIOC_DQBUF:
+      return take(*reinterpret_cast<v4l2_buffer*>(argument));
+    case VIDIOC_STREAMON:
+      streaming_ = true;
+      sequence_ = 0;
+      next_us_ = device_.now_us_ + 1'000'000 / fps_ + config_.phase_us;
+      return 0;
+    case VIDIOC_STREAMOFF:
+      forget();
+      return 0;
+    default:
+      return ENOTTY;
+  }
+}
+
+gboolean MockNode::on_ioctl(UMockdevIoctlBase* base, UMockdevIoctlClient* client) {
+  auto* node = static_cast<MockNode*>(g_object_get_data(reinterpret_cast<GObject*>(base), "node"));
+  const unsigned long request = umockdev_ioctl_client_get_request(client) & 0xFFFFFFFFu;
+  UMockdevIoctlData* argument = umockdev_ioctl_client_get_arg(client);
+  UMockdevIoctlData* data = umockdev_ioctl_data_resolve(argument, 0, _IOC_SIZE(request), nullptr);
+  if (!data) return FALSE;
+  std::vector<std::uint8_t> bytes(data->data, data->data + data->data_len);
+  int code = 0;
+  {
+    const std::lock_guard lock(node->device_.mutex_);
+    code = node->call(request, bytes.data());
+  }
+  if (code == 0) umockdev_ioctl_data_update(data, 0, bytes.data(), static_cast<gint>(bytes.size()));
+  umockdev_ioctl_data_unref(data);
+  umockdev_ioctl_client_complete(client, code == 0 ? 0 : -1, code);
+  return TRUE;
+}
+
+MockTestbed::MockTestbed() : testbed_(umockdev_testbed_new()) {}
+MockTestbed::~MockTestbed() { g_object_unref(testbed_); }
+
+bool MockTestbed::wrapped() {
+  const char* preloaded = std::getenv("LD_PRELOAD");
+  return preloaded && std::string(preloaded).find("umockdev-preload") != std::string::npos;
+}
+
+std::string MockTestbed::root() const {
+  gchar* text = umockdev_testbed_get_root_dir(testbed_);
+  std::string root = text;
+  g_free(text);
+  return root;
+}
+
+MockUvc::MockUvc(MockTestbed& testbed, int port, std::string usb_id, std::string product, MockNodeConfig depth,
+                 MockNodeConfig colour)
+    : testbed_(testbed),
+      port_(port),
+      usb_id_(std::move(usb_id)),
+      product_(std::move(product)),
+      depth_(std::make_unique<MockNode>(*this, std::move(depth))),
+      colour_(std::make_unique<MockNode>(*this, std::move(colour))) {}
+
+MockUvc::~MockUvc() {
+  if (present_) unplug();
+}
+
+void MockUvc::plug(int first_number) {
+  const std::string usb = fmt::format("/devices/usb1/1-{}", port_);
+  std::string text = fmt::format(
+      "P: {}\nE: DEVTYPE=usb_device\nE: SUBSYSTEM=usb\nA: idVendor={}\\n\nA: idProduct={}\\n\nA: product={}\\n\n"
+      "A: serial=S{}\\n\nA: speed=480\\n\n\n",
+      usb, usb_id_.substr(0, 4), usb_id_.substr(5), product_, port_);
+  for (int i = 0; i < 2; ++i)
+    text += fmt::format(
+        "P: {0}/1-{1}:1.{2}/video4linux/video{3}\nN: video{3}\nE: DEVNAME=/dev/video{3}\nE: SUBSYSTEM=video4linux\n"
+        "E: MAJOR=81\nE: MINOR={3}\nA: name={4}\\n\nA: index=0\\n\nA: dev=81:{3}\n\n",
+        usb, port_, 3 * i, first_number + i, product_);
+  GError* error = nullptr;
+  umockdev_testbed_add_from_string(testbed_.handle(), text.c_str(), &error);
+  check(error);
+  depth_path_ = fmt::format("/dev/video{}", first_number);
+  colour_path_ = fmt::format("/dev/video{}", first_number + 1);
+  depth_->attach(depth_path_, testbed_.root() + depth_path_);
+  colour_->attach(colour_path_, testbed_.root() + colour_path_);
+  const std::lock_guard lock(mutex_);
+  present_ = true;
+  now_us_ += 1'000'000;  // it takes a person a while
+}
+
+void MockUvc::unplug() {
+  {
+    const std::lock_guard lock(mutex_);
+    present_ = false;
+    paused_ = false;
+  }
+  const std::string usb = fmt::format("/sys/devices/usb1/1-{}", port_);
+  int interface = 0;
+  for (const auto& [node, path] : {std::pair(depth_.get(), depth_path_), std::pair(colour_.get(), colour_path_)}) {
+    const std::string place =
+        fmt::format("{}/1-{}:1.{}/video4linux/{}", usb, port_, std::exchange(interface, 3), path.substr(5));
+    node->detach();
+    umockdev_testbed_remove_device(testbed_.handle(), place.c_str());
+    unlink((testbed_.root() + path).c_str());
+  }
+  umockdev_testbed_remove_device(testbed_.handle(), usb.c_str());
+}
+
+void MockUvc::pause(bool paused) {
+  const std::lock_guard lock(mutex_);
+  paused_ = paused;
+}
+
+void MockUvc::pass(std::int64_t microseconds) {
+  const std::lock_guard lock(mutex_);
+  now_us_ += microseconds;
+}
+
+void MockUvc::damage_next() {
+  const std::lock_guard lock(mutex_);
+  colour_->damage_next = true;
+}
+
+void MockUvc::refuse(unsigned long request, int code) {
+  const std::lock_guard lock(mutex_);
+  colour_->refused_request = request;
+  colour_->refused_code = code;
+}
+
+std::uint64_t MockUvc::open_buffers() const {
+  const std::lock_guard lock(mutex_);
+  return depth_->queued();
+}
+
+bool MockUvc::streaming() const {
+  const std::lock_guard lock(mutex_);
+  return depth_->streaming() && colour_->streaming();
+}
+
+}  // namespace onemap::test

@@ -1,0 +1,86 @@
+// The parts of the v4l2 backend that need no device.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "address.hpp"
+#include "formats.hpp"
+#include "hal/imaging/rig_calibration.hpp"
+#include "models.hpp"
+
+namespace onemap::hal::v4l2 {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(V4l2Formats, DepthIsZ16AndY16OnlyWhenNamed) {
+  const FourCc many[] = {kYuyv, kY16, kZ16}, infrared[] = {kGrey, kY16};
+  EXPECT_EQ(depth_format(many, false), kZ16);
+  EXPECT_EQ(depth_format(infrared, false), 0u);
+  EXPECT_EQ(depth_format(infrared, true), kY16);
+  EXPECT_EQ(depth_format({}, true), 0u);
+}
+
+TEST(V4l2Formats, TheBestColourIsChosen) {
+  const FourCc all[] = {kGrey, kMjpeg, kZ16, kUyvy, kYuyv}, few[] = {kGrey, kMjpeg}, none[] = {kZ16};
+  EXPECT_EQ(colour_format(all), kYuyv);
+  EXPECT_EQ(colour_format(few), kMjpeg);
+  EXPECT_EQ(colour_format(none), 0u);
+  EXPECT_LT(colour_rank(kYuyv), colour_rank(kMjpeg));
+  EXPECT_LT(colour_rank(kGrey), colour_rank(0));
+}
+
+TEST(V4l2Formats, NamesAreReadable) {
+  EXPECT_EQ(text_of(kZ16), "Z16");
+  EXPECT_EQ(text_of(kMjpeg), "MJPG");
+  EXPECT_EQ(text_of(0x41000A42u), "B..A");
+}
+
+TEST(V4l2Formats, EveryColourFormatIsDecodedAndOthersAreErrors) {
+  std::vector<std::uint8_t> raw(2 * 16 * 8, 128), rgb(3 * 16 * 8);
+  for (const FourCc format : {kYuyv, kUyvy, kGrey}) EXPECT_TRUE(decode_colour(format, {raw, {16, 8}}, rgb).ok());
+  EXPECT_THAT(decode_colour(kMjpeg, {raw, {16, 8}}, rgb).error().reason, HasSubstr("neither PNG nor JPEG"));
+  EXPECT_THAT(decode_colour(kZ16, {raw, {16, 8}}, rgb).error().reason, HasSubstr("no decoder for Z16"));
+}
+
+TEST(V4l2Models, EveryShippedCalibrationIsGood) {
+  for (const char* id : {"8086:0b07", "8086:0b3a", "8086:0ad3", "8086:0b5c"}) {
+    const Model* model = find_model(id);
+    ASSERT_NE(model, nullptr) << id;
+    const auto rig = imaging::parse_rig_calibration(model->calibration, std::string(model->name));
+    ASSERT_TRUE(rig.ok()) << rig.error().text();
+    EXPECT_TRUE(rig->depth.has_value()) << model->name;
+    EXPECT_LT(rig->noise.sigma_m(1.0), 0.01);
+  }
+  EXPECT_EQ(find_model("0000:0000"), nullptr);
+}
+
+TEST(V4l2Address, ReadsItsOptions) {
+  const auto address = parse_camera_address("v4l2:/dev/video3?color=/dev/video5&size=848x480&fps=60&calibration=c.txt");
+  const auto parsed = parse_v4l2_address(*address);
+  ASSERT_TRUE(parsed.ok()) << parsed.error().text();
+  EXPECT_EQ(parsed->depth_path, "/dev/video3");
+  EXPECT_EQ(parsed->colour_path, "/dev/video5");
+  EXPECT_EQ(*parsed->size, (imaging::ImageSize{848, 480}));
+  EXPECT_FALSE(parsed->depth_size.has_value());
+  EXPECT_EQ(parsed->fps, 60);
+  EXPECT_EQ(parsed->calibration_file, "c.txt");
+}
+
+TEST(V4l2Address, ErrorsSayWhatIsWrong) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"v4l2:video0", "expected v4l2: or"},
+      {"v4l2:?fps=ten", "fps=ten: expected a whole number"},
+      {"v4l2:?size=8x8", "size=8x8"},
+      {"v4l2:?depth_size=640", "depth_size=640: expected WIDTHxHEIGHT"},
+      {"v4l2:?size=640x480x3", "size=640x480x3"},
+      {"v4l2:?color=", "color names nothing"},
+      {"v4l2:?colour=/dev/video1", "unknown option 'colour'"}};
+  for (const auto& [text, expected] : cases) {
+    const auto parsed = parse_v4l2_address(*parse_camera_address(text));
+    ASSERT_FALSE(parsed.ok()) << text;
+    EXPECT_THAT(parsed.error().text(), HasSubstr(expected));
+  }
+}
+
+}  // namespace
+}  // namespace onemap::hal::v4l2

@@ -1,0 +1,205 @@
+// What the real programs say and exit with before and beside their work: versions, command lines, files and ports that
+// cannot be had, names that are no text.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "comms/udp/udp_port.hpp"
+#include "support/program.hpp"
+
+namespace onemap {
+namespace {
+
+using test::Folder;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr const char* kCamera = "simulated:living-room?robot=1&robots=3&frames=20&seed=3";
+constexpr const char* kUsage = "--help says what there is";
+
+struct Ran {
+  int status;
+  std::string text;
+};
+
+Ran run(const Folder& folder, const std::string& program, const std::vector<std::string>& arguments) {
+  const int status = test::run(program, arguments, folder / "program.txt");
+  return {status, test::read_text(folder / "program.txt")};
+}
+
+// onemapd on a short stream, with more arguments.
+Ran once(const Folder& folder, const std::vector<std::string>& more, const std::string& out = "out",
+         const std::string& camera = kCamera) {
+  std::vector<std::string> arguments{"--camera", camera, "--once", "--speed", "max", "--out", (folder / out).string()};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return run(folder, "onemapd", arguments);
+}
+
+TEST(Programs, EachSaysItsVersionAndHelp) {
+  const Folder folder;
+  for (const std::string program : {"onemapd", "onemap-fleet", "onemap-view", "onemap-eval"}) {
+    const Ran version = run(folder, program, {"--version"});
+    EXPECT_EQ(version.status, 0) << program;
+    EXPECT_THAT(version.text, testing::MatchesRegex(program + " [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+    const Ran help = run(folder, program, {"--help"});
+    EXPECT_EQ(help.status, 0) << program;
+    EXPECT_THAT(help.text, AllOf(HasSubstr("--version"), HasSubstr("Exit status")));
+    const Ran wrong = run(folder, program, {"--nonsense"});
+    EXPECT_EQ(wrong.status, 2) << program;
+    EXPECT_THAT(wrong.text, AllOf(testing::StartsWith(program + ": "), HasSubstr(kUsage)));
+  }
+}
+
+TEST(Programs, TheExampleConfigurationIsOneThatWorks) {
+  const Folder folder;
+  const Ran example = run(folder, "onemapd", {"--help-config"});
+  ASSERT_EQ(example.status, 0);
+  std::ofstream(folder / "c.toml") << example.text;
+  const Ran ran = once(folder, {"--config", (folder / "c.toml").string()});
+  EXPECT_EQ(ran.status, 0) << ran.text;
+}
+
+TEST(Programs, WrongCommandLinesAndConfigurationsEndWithTwoAndTouchNothing) {
+  const Folder folder;
+  std::ofstream(folder / "nan.toml") << "[map]\nvoxel_m = nan\n";
+  std::ofstream(folder / "few.toml") << "[tracking]\nmax_keyframes = 8\n";
+  std::ofstream(folder / "deep.toml") << "[map]\ntruncation_m = 2.1\n";
+  std::ofstream(folder / "huge.toml") << "[network]\nlisten = \"127.0.0.1:0\"\nstore_budget_mb = 65536\n"
+                                      << "[map]\nbudget_mb = 65536\nglobal_budget_mb = 65536\n";
+  std::ofstream(folder / "slip.toml") << "[map]\nvoxel = 0.05\n";
+  const auto config = [&](const char* name) { return std::vector<std::string>{"--config", (folder / name).string()}; };
+  const std::vector<std::pair<std::vector<std::string>, std::string>> wrong{
+      {config("nan.toml"), "nan.toml:2: map.voxel_m"},
+      {config("few.toml"), "few.toml:2: tracking.max_keyframes: 8 is not within 10 to 10000"},
+      {config("deep.toml"), "deep.toml:2: map.truncation_m: 2.1 is not within 2 to 100 voxels"},
+      {config("huge.toml"), "65536 + 65536 + 65536 = 196608 MB, but this"},
+      {config("slip.toml"), "slip.toml:2: unknown key 'voxel' in [map]; did you mean 'voxel_m'?"},
+      {config("."), "cannot read: Is a directory"},
+      {{"--peer", "127.0.0.1:0"}, "has port 0"},
+      {{"--peer", "[::1]:4600"}, "speaks only IPv4"},
+      {{"--listen", "127.0.0.1:4600", "--peer", "127.0.0.1:4600"}, "is this robot itself"},
+      {{"--listen", "300.1.1.1:1"}, "300.1.1.1"},
+      {{"--speed", "nan"}, "--speed"},
+      {{"--linger", "nan"}, "--linger"},
+  };
+  for (const auto& [more, why] : wrong) {
+    const Ran ran = once(folder, more);
+    EXPECT_EQ(ran.status, 2) << ran.text;
+    EXPECT_THAT(ran.text, HasSubstr(why));
+  }
+  const std::pair<const char*, const char*> cameras[] = {{"teapot:earl-grey", "known: replay, simulated"},
+                                                         {"living-room", "BACKEND:PLACE"},
+                                                         {"simulated:living-room?legs=4", "legs"},
+                                                         {"replay:x?fx=1e300", "fx: 1e300 is not within"}};
+  for (const auto& [camera, why] : cameras) {
+    const Ran ran = once(folder, {}, "out", camera);
+    EXPECT_EQ(ran.status, 2) << ran.text;
+    EXPECT_THAT(ran.text, HasSubstr(why));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+TEST(Programs, WhatCannotBeOpenedOrMadeEndsWithOneAndSaysWhat) {
+  const Folder folder;
+  std::ofstream(folder / "file") << "not a folder";
+  auto taken = comms::UdpPort::open({comms::Endpoint::ipv4(127, 0, 0, 1, 0), {}});
+  ASSERT_TRUE(taken.ok());
+  const std::string port = comms::to_string((*taken)->local());
+  const std::vector<std::pair<Ran, std::string>> failed{
+      {once(folder, {"--listen", port}), port + ": cannot listen: Address already in use"},
+      {once(folder, {"--listen", "192.0.2.1:4600"}), "192.0.2.1:4600: cannot listen: Cannot assign requested address"},
+      {once(folder, {}, "file"), "cannot make the folder: "},
+      {once(folder, {}, "file/below"), "cannot make the folder: Not a directory"},
+      {once(folder, {}, "out", "replay:/nonexistent/place"), "no folder '/nonexistent/place'"},
+  };
+  for (const auto& [ran, why] : failed) {
+    EXPECT_EQ(ran.status, 1) << ran.text;
+    EXPECT_THAT(ran.text, HasSubstr(why));
+  }
+}
+
+TEST(Programs, AFolderThatTakesNoFilesIsSaidBeforeTheWork) {
+  const Folder folder;
+  std::filesystem::create_directories(folder / "out");
+  constexpr int kNoMount = 77;
+  const std::string out = (folder / "out").string();
+  const std::string command = fmt::format(
+      "unshare -m sh -c \"mount -t tmpfs -o ro none {0} || exit {1}; exec {2}/onemapd --camera '{3}' --once --out "
+      "{0}\" "
+      "2> {4} || exit $?",
+      out, kNoMount, ONEMAP_BIN_DIR, kCamera, (folder / "e").string());
+  const int status = WEXITSTATUS(std::system(command.c_str()));
+  const std::string said = test::read_text(folder / "e");
+  if (status == kNoMount || said.find("unshare") != std::string::npos)
+    GTEST_SKIP() << "no file system can be mounted here (needs root): " << said;
+  EXPECT_EQ(status, 1) << said;
+  EXPECT_THAT(said, HasSubstr(out + ": cannot write to the folder: Read-only file system"));
+}
+
+TEST(Programs, AFullStandardOutputIsAFailure) {
+  const Folder folder;
+  const std::string command = std::string(ONEMAP_BIN_DIR) + "/onemapd --help > /dev/full 2> " + (folder / "e").string();
+  const int status = std::system(command.c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 1);
+  EXPECT_THAT(test::read_text(folder / "e"), HasSubstr("standard output: No space left on device"));
+}
+
+TEST(Programs, WorkWhereChildrenAreIgnored) {
+  const Folder folder;
+  const std::string command =
+      fmt::format("bash -c \"trap '' CHLD; exec {}/onemapd --camera '{}' --once --speed max --out {}\" 2> {}",
+                  ONEMAP_BIN_DIR, kCamera, (folder / "out").string(), (folder / "e").string());
+  const int status = std::system(command.c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 0) << test::read_text(folder / "e");
+}
+
+// A folder's name may be any bytes, and what is written of it is text all the same.
+TEST(Programs, ARecordingWhoseNameIsNoTextIsMappedAndReported) {
+  const std::filesystem::path recording = std::filesystem::path(ONEMAP_SHARED_DIR) / "data/fr1_xyz";
+  if (!std::filesystem::exists(recording)) GTEST_SKIP() << "the recording " << recording << " is not here";
+  const Folder folder;
+  const std::string name = "r\xff\x1b[31m\nroot: x";
+  std::filesystem::create_directory_symlink(recording, folder / name);
+  const std::string camera = "replay:" + (folder / name).string() + ":0:30";
+  const std::string shown = "r\\xff\\x1b[31m\\x0aroot: x";
+  const Ran alone = once(folder, {}, name + "-out", camera);
+  EXPECT_EQ(alone.status, 0) << alone.text;
+  EXPECT_THAT(alone.text, AllOf(HasSubstr(shown), Not(HasSubstr("\x1b")), Not(HasSubstr("\nroot"))));
+  const auto report = test::read_json(folder / (name + "-out") / "report.json");
+  EXPECT_THAT(report.at("robots").at(0).at("camera").get<std::string>(), HasSubstr(shown));
+
+  const Ran fleet = run(folder, "onemap-fleet", {"--robot", camera, "--out", (folder / (name + "-fleet")).string()});
+  EXPECT_EQ(fleet.status, 0) << fleet.text;
+  EXPECT_THAT(fleet.text, AllOf(HasSubstr(shown + "-fleet/robot1/local.png"), Not(HasSubstr("\x1b"))));
+  const auto team = test::read_json(folder / (name + "-fleet") / "report.json");
+  EXPECT_THAT(team.at("robots").at(0).at("camera").get<std::string>(), HasSubstr(shown));
+
+  const std::string map = (folder / (name + "-out") / "local.ply").string();
+  const Ran view = run(folder, "onemap-view", {map, "--ply", (folder / (name + ".ply")).string()});
+  EXPECT_EQ(view.status, 0) << view.text;
+  EXPECT_THAT(view.text, AllOf(HasSubstr(shown), Not(HasSubstr("\x1b"))));
+  const std::string poses = (folder / (name + "-out") / "trajectory.txt").string();
+  const Ran eval = run(folder, "onemap-eval", {poses, (recording / "groundtruth.txt").string(), "--json"});
+  EXPECT_EQ(eval.status, 0) << eval.text;
+  const auto errors = nlohmann::json::parse(eval.text);
+  EXPECT_THAT(errors.at("robots").at(0).at("estimate").get<std::string>(), HasSubstr(shown));
+  const Ran plain = run(folder, "onemap-eval", {poses, (recording / "groundtruth.txt").string()});
+  EXPECT_THAT(plain.text, AllOf(HasSubstr(shown), Not(HasSubstr("\x1b"))));
+}
+
+TEST(Programs, ErrorsQuoteNamesAsText) {
+  const Folder folder;
+  const std::string name = (folder / "no\xff\x1b[31m\nroot: x").string(), shown = "no\\xff\\x1b[31m\\x0aroot: x";
+  for (const Ran& ran :
+       {once(folder, {}, "out", "replay:" + name), once(folder, {"--config", name}),
+        run(folder, "onemap-fleet", {"--robot", "replay:" + name, "--out", (folder / "f").string()}),
+        run(folder, "onemap-view", {name + ".ply", "--ply", "x.ply"}), run(folder, "onemap-eval", {name, name})}) {
+    EXPECT_NE(ran.status, 0);
+    EXPECT_THAT(ran.text, AllOf(HasSubstr(shown), Not(HasSubstr("\x1b")), Not(HasSubstr("\nroot"))));
+  }
+}
+
+}  // namespace
+}  // namespace onemap
