@@ -6,7 +6,7 @@
 
 #include "daemon/options.hpp"
 
-namespace CLI {
+namespace CLI {  // NOLINT(readability-identifier-naming)
 class App;
 }
 
