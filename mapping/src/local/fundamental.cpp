@@ -157,6 +157,44 @@ class EightPoint {
   Matrix3d to_r_, to_s_;
 };
 
+// The best matrix so far of one problem, with its inliers.
+struct Search {
+  const FundamentalConfig& config;
+  const EightPoint& eight_point;
+  Points r, s;
+  std::span<std::uint8_t> candidate, inlier;
+  Matrix3d& F;
+  int best = 0;
+
+  int least() const { return std::max(8, config.min_inliers); }
+  bool all_in() const { return best == static_cast<int>(r.size()); }
+
+  // Takes G when it has at least so many inliers.
+  bool accept(const Matrix3d& G, int at_least) {
+    const std::size_t at_most_out = r.size() - static_cast<std::size_t>(at_least);
+    const int count = mark_inliers(G, r, s, config.threshold * config.threshold, at_most_out, candidate);
+    if (count < at_least) return false;
+    best = count;
+    F = G;
+    std::copy(candidate.begin(), candidate.end(), inlier.begin());
+    return true;
+  }
+
+  // Samples of eight until one without outliers is likely among them.
+  void sample_eights(int& iterations) {
+    SplitMix random(config.seed);
+    for (int needed = config.max_iterations; iterations < needed && !all_in();) {
+      ++iterations;
+      if (!accept(eight_point.from_sample(sample<8>(random, r.size())), best + 1)) continue;
+      // A sample of eight noisy points is a poor fit even without outliers: improve it before it is judged.
+      for (int k = 0; k < 3 && best >= 12 && !all_in(); ++k)
+        if (!accept(eight_point.from_inliers(inlier), best + 1)) break;
+      needed = ransac_iterations(static_cast<double>(best) / static_cast<double>(r.size()), 8, config.confidence,
+                                 config.max_iterations);
+    }
+  }
+};
+
 }  // namespace
 
 FundamentalRansac::FundamentalRansac(const FundamentalConfig& config, std::size_t max_matches)
@@ -170,46 +208,15 @@ RansacResult FundamentalRansac::estimate(Points r, Points s, std::span<std::uint
   std::fill(inlier.begin(), inlier.end(), std::uint8_t{0});
   if (n < static_cast<std::size_t>(std::max(8, config_.min_inliers))) return result;
   const EightPoint eight_point(r, s);
-  if (!eight_point.ok()) {
-    result.reason = RansacReason::degenerate;
-    return result;
-  }
-
-  const double threshold2 = config_.threshold * config_.threshold;
-  const std::span<std::uint8_t> candidate(candidate_.data(), n);
-  const auto accept_better = [&](const Matrix3d& G) {
-    const std::size_t at_most_out = n - static_cast<std::size_t>(result.inliers) - 1;
-    const int count = mark_inliers(G, r, s, threshold2, at_most_out, candidate);
-    if (count <= result.inliers) return false;
-    result.inliers = count;
-    F = G;
-    std::copy(candidate.begin(), candidate.end(), inlier.begin());
-    return true;
-  };
-
-  SplitMix random(config_.seed);
-  int needed = config_.max_iterations;
-  while (result.iterations < needed && result.inliers < static_cast<int>(n)) {
-    ++result.iterations;
-    if (!accept_better(eight_point.from_sample(sample<8>(random, n)))) continue;
-    // A sample of eight noisy points is a poor fit even without outliers: improve it before it is judged.
-    for (int k = 0; k < 3 && result.inliers >= 12 && result.inliers < static_cast<int>(n); ++k) {
-      if (!accept_better(eight_point.from_inliers(inlier))) break;
-    }
-    needed = ransac_iterations(static_cast<double>(result.inliers) / static_cast<double>(n), 8, config_.confidence,
-                               config_.max_iterations);
-  }
-  if (result.inliers < std::max(8, config_.min_inliers)) {
-    result.reason = RansacReason::too_few_inliers;
-    return result;
-  }
-  const Matrix3d refit = eight_point.from_inliers(inlier);
-  const int count = mark_inliers(refit, r, s, threshold2, n, candidate);
-  if (count >= result.inliers) {
-    result.inliers = count;
-    F = refit;
-    std::copy(candidate.begin(), candidate.end(), inlier.begin());
-  }
+  result.reason = RansacReason::degenerate;
+  if (!eight_point.ok()) return result;
+  Search search{config_, eight_point, r, s, {candidate_.data(), n}, inlier, F};
+  search.sample_eights(result.iterations);
+  result.inliers = search.best;
+  result.reason = RansacReason::too_few_inliers;
+  if (search.best < search.least()) return result;
+  search.accept(eight_point.from_inliers(inlier), search.best);
+  result.inliers = search.best;
   result.reason = RansacReason::ok;
   return result;
 }

@@ -103,6 +103,71 @@ int mark_inliers(const RigidConfig& config, std::span<const Vector3d> r, std::sp
   return static_cast<int>(r.size() - out);
 }
 
+// One problem: the matches, and the best transform so far with its inliers.
+struct Search {
+  const RigidConfig& config;
+  std::span<const Vector3d> r, s;
+  std::span<std::uint8_t> candidate, inlier;
+  Pose& T_r_s;
+  int best = 0;
+
+  int least() const { return std::max(3, config.min_inliers); }
+  bool all_in() const { return best == static_cast<int>(r.size()); }
+
+  // Points nearer to the truth weigh more: 1 / threshold^2.
+  bool fit(Pose& T) const {
+    const auto weight = [&](std::size_t i) {
+      const double limit = threshold_m(config, r[i], s[i]);
+      return inlier[i] ? 1 / (limit * limit) : 0.0;
+    };
+    return fit_weighted(r, s, weight, T);
+  }
+
+  void accept(const Pose& T, int count) {
+    best = count;
+    T_r_s = T;
+    std::copy(candidate.begin(), candidate.end(), inlier.begin());
+  }
+
+  bool accept_better(const Pose& T) {
+    const int count = mark_inliers(config, r, s, T, r.size() - static_cast<std::size_t>(best) - 1, candidate);
+    if (count <= best) return false;
+    accept(T, count);
+    return true;
+  }
+
+  // Samples of three until one without outliers is likely among them; whether any was a triangle at all.
+  bool sample_triangles(int& iterations) {
+    SplitMix random(config.seed);
+    bool any = false;
+    for (int needed = config.max_iterations; iterations < needed && !all_in();) {
+      ++iterations;
+      Pose T;
+      if (!from_three(config, r, s, sample<3>(random, r.size()), T)) continue;
+      any = true;
+      if (!accept_better(T)) continue;
+      for (int k = 0; k < 2 && !all_in() && fit(T) && accept_better(T);) ++k;
+      needed = ransac_iterations(static_cast<double>(best) / static_cast<double>(r.size()), 3, config.confidence,
+                                 config.max_iterations);
+    }
+    return any;
+  }
+
+  // The last fits: the set may lose a point at its border, the fit is better for it. False when degenerate.
+  bool polish() {
+    for (int k = 0; k < 3; ++k) {
+      Pose T;
+      if (!fit(T)) return false;
+      const int count = mark_inliers(config, r, s, T, r.size(), candidate);
+      if (count < least()) break;
+      const bool same = std::equal(candidate.begin(), candidate.end(), inlier.begin());
+      accept(T, count);
+      if (same) break;
+    }
+    return true;
+  }
+};
+
 }  // namespace
 
 bool fit_rigid(std::span<const Vector3d> r, std::span<const Vector3d> s, std::span<const std::uint8_t> use,
@@ -121,62 +186,14 @@ RansacResult RigidRansac::estimate(std::span<const Vector3d> r, std::span<const 
   RansacResult result;
   inlier = inlier.first(n);
   std::fill(inlier.begin(), inlier.end(), std::uint8_t{0});
-  if (n < static_cast<std::size_t>(std::max(3, config_.min_inliers))) return result;
-
-  // Points nearer to the truth weigh more: 1 / threshold^2.
-  const auto fit = [&](std::span<const std::uint8_t> use, Pose& T) {
-    return fit_weighted(
-        r, s,
-        [&](std::size_t i) {
-          const double limit = threshold_m(config_, r[i], s[i]);
-          return use[i] ? 1 / (limit * limit) : 0.0;
-        },
-        T);
-  };
-  const std::span<std::uint8_t> candidate(candidate_.data(), n);
-  int best = 0;
-  const auto accept_better = [&](const Pose& T) {
-    const int count = mark_inliers(config_, r, s, T, n - static_cast<std::size_t>(best) - 1, candidate);
-    if (count <= best) return false;
-    best = count;
-    T_r_s = T;
-    std::copy(candidate.begin(), candidate.end(), inlier.begin());
-    return true;
-  };
-
-  SplitMix random(config_.seed);
-  int needed = config_.max_iterations;
-  bool any_hypothesis = false;
-  while (result.iterations < needed && best < static_cast<int>(n)) {
-    ++result.iterations;
-    Pose T;
-    if (!from_three(config_, r, s, sample<3>(random, n), T)) continue;
-    any_hypothesis = true;
-    if (!accept_better(T)) continue;
-    for (int k = 0; k < 2 && best < static_cast<int>(n) && fit(inlier, T) && accept_better(T);) ++k;
-    needed = ransac_iterations(static_cast<double>(best) / static_cast<double>(n), 3, config_.confidence,
-                               config_.max_iterations);
-  }
-  result.inliers = best;
-  result.reason = !any_hypothesis ? RansacReason::degenerate : RansacReason::too_few_inliers;
-  if (best < std::max(3, config_.min_inliers)) return result;
-
-  // The last fits: the set may lose a point at its border, the fit is better for it.
-  for (int k = 0; k < 3; ++k) {
-    Pose T;
-    if (!fit(inlier, T)) {
-      result.reason = RansacReason::degenerate;
-      return result;
-    }
-    const int count = mark_inliers(config_, r, s, T, n, candidate);
-    if (count < std::max(3, config_.min_inliers)) break;
-    const bool same = std::equal(candidate.begin(), candidate.end(), inlier.begin());
-    T_r_s = T;
-    std::copy(candidate.begin(), candidate.end(), inlier.begin());
-    result.inliers = count;
-    if (same) break;
-  }
-  result.reason = RansacReason::ok;
+  Search search{config_, r, s, {candidate_.data(), n}, inlier, T_r_s};
+  if (n < static_cast<std::size_t>(search.least())) return result;
+  const bool any = search.sample_triangles(result.iterations);
+  result.inliers = search.best;
+  result.reason = any ? RansacReason::too_few_inliers : RansacReason::degenerate;
+  if (search.best < search.least()) return result;
+  result.reason = search.polish() ? RansacReason::ok : RansacReason::degenerate;
+  result.inliers = search.best;
   return result;
 }
 

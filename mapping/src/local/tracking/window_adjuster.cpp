@@ -1,5 +1,6 @@
 #include "window_adjuster.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace onemap::mapping {
@@ -82,34 +83,47 @@ void WindowAdjuster::gather(LandmarkMap& map, std::span<const std::size_t> free_
   points_.clear();
   gathered_.clear();
   point_of_.clear();
-  free_ = fixed_ = 0;
   const std::uint32_t mark = map.next_mark();
+  gather_free(map, free_slots, mark);
+  gather_fixed(map, mark);
+  first_is_fixed_ = fixed_ == 0;
+  sort_by_point();
+}
+
+// The window's keyframes, and their landmarks as the points.
+void WindowAdjuster::gather_free(LandmarkMap& map, std::span<const std::size_t> free_slots, std::uint32_t mark) {
   for (const std::size_t slot : free_slots)
     for (const std::int32_t id : map.keyframe(slot).features.landmark)
       if (id >= 0) map.landmark(id).mark = mark, map.landmark(id).slot = -1;
+  free_ = 0;
   for (const std::size_t slot : free_slots) {
     pose_[free_] = map.keyframe(slot).T_camera_robot;
     free_slot_[free_] = slot;
     add_observations(map, slot, static_cast<std::int32_t>(free_), true);
     ++free_;
   }
+}
+
+// Other keyframes that see the points.
+void WindowAdjuster::gather_fixed(LandmarkMap& map, std::uint32_t mark) {
+  fixed_ = 0;
+  const std::span<const std::size_t> free_slots(free_slot_.data(), free_);
   std::array<std::size_t, kWindow + kFixedMost> near{};
   const std::size_t n = map.covisible(mark, 10, near);
   for (std::size_t i = 0; i < n && fixed_ < kFixedMost; ++i) {
-    bool is_free = false;
-    for (std::size_t f = 0; f < free_; ++f) is_free = is_free || free_slot_[f] == near[i];
-    if (is_free) continue;
+    if (std::find(free_slots.begin(), free_slots.end(), near[i]) != free_slots.end()) continue;
     // Landmarks outside the window keep stale scratch slots; their mark tells them apart.
     fixed_pose_[fixed_] = map.keyframe(near[i]).T_camera_robot;
     fixed_slot_[fixed_] = near[i];
     const std::size_t before = gathered_.size();
-    const MapKeyframe& k = map.keyframe(near[i]);
-    for (const std::int32_t id : k.features.landmark)
+    for (const std::int32_t id : map.keyframe(near[i]).features.landmark)
       if (id >= 0 && map.landmark(id).mark != mark) map.landmark(id).slot = -1;
     add_observations(map, near[i], static_cast<std::int32_t>(kWindow + fixed_), false);
     if (gathered_.size() > before) ++fixed_;
   }
-  first_is_fixed_ = fixed_ == 0;
+}
+
+void WindowAdjuster::sort_by_point() {
   for (Point& p : points_) p.begin = p.end = 0;
   for (const std::uint32_t p : point_of_) ++points_[p].end;
   std::uint32_t at = 0;
@@ -146,48 +160,59 @@ void WindowAdjuster::linearize(double focal_px, double lambda) {
   inverse_V_.resize(points_.size());
   step_b_.resize(points_.size());
   for (std::size_t j = 0; j < points_.size(); ++j) {
-    const Point& point = points_[j];
-    Matrix3d V = Matrix3d::Zero();
-    Vector3d b = Vector3d::Zero();
-    for (std::uint32_t k = point.begin; k < point.end; ++k) {
-      const Obs& obs = observations_[k];
-      const Pose& T = pose_of(obs.pose, pose_);
-      const Vector3d p = T * point.p;
-      W_[k].setZero();
-      if (p.z() < kMinZ_m) continue;
-      const Vector3d r = residual(p, obs.o, focal_px);
-      const double w = obs.o.weight * huber_weight(obs.o.weight * r.squaredNorm(), chi2_bound(obs.o));
-      const Matrix3d Jq = residual_by_point(p, obs.o, focal_px);
-      const Matrix3d Jp = Jq * T.R;
-      V.noalias() += w * Jp.transpose() * Jp;
-      b.noalias() += w * Jp.transpose() * r;
-      const bool moves = obs.pose < static_cast<std::int32_t>(kWindow) && !(first_is_fixed_ && obs.pose == 0);
-      if (!moves) continue;
-      const Eigen::Matrix<double, 3, 6> Jc = Jq * point_by_motion(p);
-      const int at = 6 * obs.pose;
-      S_.block<6, 6>(at, at).noalias() += w * Jc.transpose() * Jc;
-      g_.segment<6>(at).noalias() -= w * Jc.transpose() * r;
-      W_[k].noalias() = w * Jp.transpose() * Jc;
-    }
+    Matrix3d V = linearize_point(j, focal_px);
     for (int d = 0; d < 3; ++d) V(d, d) += lambda * V(d, d) + 1e-9;
-    const Matrix3d inverse = V.inverse();
-    inverse_V_[j] = inverse;
-    step_b_[j] = b;
-    for (std::uint32_t k = point.begin; k < point.end; ++k) {
-      if (observations_[k].pose >= static_cast<std::int32_t>(kWindow)) continue;
-      const int at = 6 * observations_[k].pose;
-      const Eigen::Matrix<double, 6, 3> WV = W_[k].transpose() * inverse;
-      g_.segment<6>(at).noalias() += WV * b;
-      for (std::uint32_t m = point.begin; m < point.end; ++m) {
-        const int to = 6 * observations_[m].pose;
-        if (observations_[m].pose >= static_cast<std::int32_t>(kWindow) || to > at) continue;
-        S_.block<6, 6>(at, to).noalias() -= WV * W_[m];
-      }
-    }
+    inverse_V_[j] = V.inverse();
+    eliminate_point(j);
   }
   for (int d = 0; d < N; ++d) S_(d, d) += lambda * std::abs(S_(d, d)) + 1e-9;
   if (first_is_fixed_)
     for (int d = 0; d < 6; ++d) S_(d, d) = 1, g_[d] = 0;
+}
+
+// The point's observations: their part of U and g, W, the point's own gradient b; returns its V.
+Matrix3d WindowAdjuster::linearize_point(std::size_t j, double focal_px) {
+  Matrix3d V = Matrix3d::Zero();
+  Vector3d b = Vector3d::Zero();
+  for (std::uint32_t k = points_[j].begin; k < points_[j].end; ++k) {
+    const Obs& obs = observations_[k];
+    const Pose& T = pose_of(obs.pose, pose_);
+    const Vector3d p = T * points_[j].p;
+    W_[k].setZero();
+    if (p.z() < kMinZ_m) continue;
+    const Vector3d r = residual(p, obs.o, focal_px);
+    const double w = obs.o.weight * huber_weight(obs.o.weight * r.squaredNorm(), chi2_bound(obs.o));
+    const Matrix3d Jq = residual_by_point(p, obs.o, focal_px);
+    const Matrix3d Jp = Jq * T.R;
+    V.noalias() += w * Jp.transpose() * Jp;
+    b.noalias() += w * Jp.transpose() * r;
+    const bool moves = obs.pose < static_cast<std::int32_t>(kWindow) && !(first_is_fixed_ && obs.pose == 0);
+    if (!moves) continue;
+    const Eigen::Matrix<double, 3, 6> Jc = Jq * point_by_motion(p);
+    const int at = 6 * obs.pose;
+    S_.block<6, 6>(at, at).noalias() += w * Jc.transpose() * Jc;
+    g_.segment<6>(at).noalias() -= w * Jc.transpose() * r;
+    W_[k].noalias() = w * Jp.transpose() * Jc;
+  }
+  step_b_[j] = b;
+  return V;
+}
+
+// The Schur complement: the point leaves the system.
+void WindowAdjuster::eliminate_point(std::size_t j) {
+  const Matrix3d inverse = inverse_V_[j];
+  const Vector3d b = step_b_[j];
+  for (std::uint32_t k = points_[j].begin; k < points_[j].end; ++k) {
+    if (observations_[k].pose >= static_cast<std::int32_t>(kWindow)) continue;
+    const int at = 6 * observations_[k].pose;
+    const Eigen::Matrix<double, 6, 3> WV = W_[k].transpose() * inverse;
+    g_.segment<6>(at).noalias() += WV * b;
+    for (std::uint32_t m = points_[j].begin; m < points_[j].end; ++m) {
+      const int to = 6 * observations_[m].pose;
+      if (observations_[m].pose >= static_cast<std::int32_t>(kWindow) || to > at) continue;
+      S_.block<6, 6>(at, to).noalias() -= WV * W_[m];
+    }
+  }
 }
 
 bool WindowAdjuster::solve() {

@@ -38,9 +38,14 @@ class WindowAdjuster {
   using Matrix36 = Eigen::Matrix<double, 3, 6>;
 
   void gather(LandmarkMap& map, std::span<const std::size_t> free_slots);
+  void gather_free(LandmarkMap& map, std::span<const std::size_t> free_slots, std::uint32_t mark);
+  void gather_fixed(LandmarkMap& map, std::uint32_t mark);
+  void sort_by_point();
   void add_observations(LandmarkMap& map, std::size_t slot, std::int32_t pose, bool create);
   double cost(double focal_px, const std::array<Pose, kWindow>& poses, bool trial) const;
   void linearize(double focal_px, double lambda);
+  Matrix3d linearize_point(std::size_t j, double focal_px);
+  void eliminate_point(std::size_t j);
   bool solve();
   const Pose& pose_of(std::int32_t index, const std::array<Pose, kWindow>& poses) const;
   void drop_outliers(LandmarkMap& map, double focal_px);
