@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "daemon/clock.hpp"
+#include "daemon/team_picture.hpp"
+#include "render/png_writer.hpp"
 
 namespace onemap::daemon {
 
@@ -15,6 +17,7 @@ void Harvest::keep(const Status& status) {
 Status Harvest::write() {
   say_costs();
   keep(write_trajectories());
+  if (from_.team) keep(render::write_png(config_.out + "/team.png", draw_team(team_picture(from_.team->map()))));
   std::vector<PictureSize> sizes;
   keep(write_pictures(pictures(), sizes));
   // The report comes last: who finds it finds everything else.
@@ -49,15 +52,24 @@ Status Harvest::write_trajectories() const {
   return success();
 }
 
+// The same in every picture of the team, whoever draws it.
+render::Color Harvest::color_of(const std::string& robot) const {
+  std::vector<std::string> names;
+  if (from_.team)
+    for (const auto& [id, member] : from_.team->map().members()) names.push_back(id.name());
+  if (std::ranges::find(names, robot) == names.end()) names.push_back(robot);
+  const auto place = std::ranges::find(names, robot) - names.begin();
+  return render::robot_colors(names)[static_cast<std::size_t>(place)];
+}
+
 MapPicture Harvest::global_picture(const mapping::SolutionRecord& solution) const {
   MapPicture picture{config_.out + "/global", from_.team->map().map(), {}};
   picture.scene.title = "global map";
   const auto& members = from_.team->map().members();
-  std::size_t number = 0;
   for (const auto& solved : solution.robots) {
     const auto member = members.find(solved.robot);
     if (member == members.end()) continue;
-    picture.scene.robots.push_back(make_path(solved.robot.name(), number++, member->second.poses,
+    picture.scene.robots.push_back(make_path(solved.robot.name(), color_of(solved.robot.name()), member->second.poses,
                                              member->second.keyframe_poses,
                                              mapping::from_quantized(solved.T_global_robot)));
   }
@@ -68,7 +80,8 @@ std::vector<MapPicture> Harvest::pictures() const {
   std::vector<MapPicture> pictures;
   MapPicture local{config_.out + "/local", &from_.pipeline.mapper().map(), {}};
   local.scene.title = "local map of " + config_.id;
-  local.scene.robots.push_back(make_path(config_.id, 0, from_.pipeline.poses(), from_.pipeline.keyframe_poses()));
+  local.scene.robots.push_back(
+      make_path(config_.id, color_of(config_.id), from_.pipeline.poses(), from_.pipeline.keyframe_poses()));
   pictures.push_back(std::move(local));
   const auto solution = from_.team ? from_.team->map().solution() : std::nullopt;
   if (solution && from_.team->map().map()) pictures.push_back(global_picture(*solution));

@@ -14,9 +14,12 @@
 #include "render/camera.hpp"
 #include "render/file.hpp"
 #include "render/gltf_writer.hpp"
+#include "render/legend.hpp"
 #include "render/ply_writer.hpp"
 #include "render/png_writer.hpp"
 #include "render/renderer.hpp"
+#include "render/tidy.hpp"
+#include "render/upright.hpp"
 
 namespace onemap::daemon {
 
@@ -28,12 +31,14 @@ std::string time_text(FrameTime time) {
 }
 
 Status draw(MapPicture& picture, render::Renderer& renderer) {
-  picture.scene.mesh = mapping::extract_mesh(*picture.map);
-  if (auto status = render::write_ply(picture.stem + ".ply", picture.scene.mesh); !status) return status;
+  picture.scene.mesh = render::tidied(mapping::extract_mesh(*picture.map));
+  const mapping::Matrix3d R = render::upright_rotation(render::up_of(picture.scene));
+  if (auto status = render::write_ply(picture.stem + ".ply", picture.scene.mesh, R); !status) return status;
   if (auto status = render::write_glb(picture.stem + ".glb", picture.scene); !status) return status;
   const render::Style style;
   const float aspect = static_cast<float>(style.width_px) / static_cast<float>(style.height_px);
-  auto image = renderer.draw(picture.scene, render::make_camera(picture.scene, render::View::fit, aspect), style);
+  auto image = render::take_picture(renderer, picture.scene,
+                                    render::make_camera(picture.scene, render::View::fit, aspect), style);
   if (!image) return image.error();
   return render::write_png(picture.stem + ".png", *image);
 }
@@ -84,9 +89,10 @@ Status make_folder(const std::string& folder) {
   return success();
 }
 
-render::RobotPath make_path(const std::string& name, std::size_t number, const std::vector<mapping::StampedPose>& poses,
+render::RobotPath make_path(const std::string& name, render::Color color,
+                            const std::vector<mapping::StampedPose>& poses,
                             const std::vector<mapping::QuantizedPose>& keyframes, const mapping::Pose& T_scene_robot) {
-  render::RobotPath path{name, render::robot_color(number), {}, {}};
+  render::RobotPath path{name, color, {}, {}};
   for (const mapping::StampedPose& pose : poses)
     path.poses.push_back(T_scene_robot * mapping::from_quantized(pose.T_robot_camera));
   for (const mapping::QuantizedPose& pose : keyframes)

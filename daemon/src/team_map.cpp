@@ -7,15 +7,7 @@
 
 namespace onemap::daemon {
 
-using mapping::RecordKind;
-
-namespace {
-
-bool equal(const std::optional<mapping::SolutionRecord>& a, const std::optional<mapping::SolutionRecord>& b) {
-  return a.has_value() == b.has_value() && (!a || encode(*a) == encode(*b));
-}
-
-const char* words(mapping::LinkReason reason) {
+const char* link_words(mapping::LinkReason reason) {
   switch (reason) {
     case mapping::LinkReason::accepted:
       return "accepted";
@@ -33,6 +25,14 @@ const char* words(mapping::LinkReason reason) {
       return "pairs of clouds contradict each other";
   }
   return "a reason of a later version";
+}
+
+using mapping::RecordKind;
+
+namespace {
+
+bool equal(const std::optional<mapping::SolutionRecord>& a, const std::optional<mapping::SolutionRecord>& b) {
+  return a.has_value() == b.has_value() && (!a || encode(*a) == encode(*b));
 }
 
 // Keyframes decode, for members keep only those.
@@ -114,7 +114,7 @@ void TeamMap::log_link(const mapping::LinkRecord& link) const {
               link.error_um * 1e-3);
   else
     log_.line("link {} - {} refused: {}, {} pairs of clouds agree, {} inliers", link.a.name(), link.b.name(),
-              words(link.reason), link.supporting_pairs, link.inliers);
+              link_words(link.reason), link.supporting_pairs, link.inliers);
 }
 
 bool TeamMap::step(Instant now, const Stop& stop) { return verify_next_pair(now, stop) || decide() || fuse(now, stop); }

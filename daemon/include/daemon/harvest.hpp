@@ -34,6 +34,7 @@ class Harvest {
   void say_costs() const;
   Status write_trajectories() const;
   std::vector<MapPicture> pictures() const;
+  render::Color color_of(const std::string& robot) const;
   MapPicture global_picture(const mapping::SolutionRecord& solution) const;
   Report report(const std::vector<PictureSize>& sizes) const;
   RobotReport robot_report() const;

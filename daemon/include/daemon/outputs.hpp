@@ -20,7 +20,8 @@ Status write_text(const std::string& file, const std::string& text);
 Status make_folder(const std::string& folder);
 
 // One robot's way through a scene whose frame is T_scene_robot away from the robot's own.
-render::RobotPath make_path(const std::string& name, std::size_t number, const std::vector<mapping::StampedPose>& poses,
+render::RobotPath make_path(const std::string& name, render::Color color,
+                            const std::vector<mapping::StampedPose>& poses,
                             const std::vector<mapping::QuantizedPose>& keyframes,
                             const mapping::Pose& T_scene_robot = {});
 

@@ -15,6 +15,9 @@
 
 namespace onemap::daemon {
 
+// Why a link was refused, for people; "accepted" otherwise.
+const char* link_words(mapping::LinkReason reason);
+
 struct TeamMapConfig {
   mapping::AtlasConfig atlas;
   mapping::VerifyConfig verify;
