@@ -4,14 +4,16 @@
 
 #include "daemon/clock.hpp"
 #include "daemon/saved_map.hpp"
+#include "daemon/team_picture.hpp"
+#include "render/png_writer.hpp"
 
 namespace onemap::daemon {
 
 namespace {
-SavedPath make_path(const std::string& name, std::size_t number, const std::vector<mapping::StampedPose>& poses,
+SavedPath make_path(const std::string& name, render::Color color, const std::vector<mapping::StampedPose>& poses,
                     const std::vector<mapping::QuantizedPose>& keyframes,
                     const mapping::QuantizedPose& T_map_robot = {}) {
-  SavedPath path{name, static_cast<std::uint32_t>(number), T_map_robot, {}, keyframes};
+  SavedPath path{name, color, T_map_robot, {}, keyframes};
   path.poses.reserve(poses.size());
   for (const mapping::StampedPose& pose : poses) path.poses.push_back(pose.T_robot_camera);
   return path;
@@ -27,6 +29,10 @@ void Harvest::keep(const Status& status) {
 Status Harvest::write() {
   say_costs();
   keep(guarded("trajectories", [this] { return write_trajectories(); }));
+  if (from_.team)
+    keep(guarded("team picture", [this] {
+      return render::write_png(config_.out + "/team.png", draw_team(team_picture(from_.team->map())));
+    }));
   keep(guarded("pictures", [this] { return draw(); }));
   // The report comes last: who finds it finds everything else.
   keep(guarded("report", [this] { return write_text(config_.out + "/report.json", to_json(report())); }));
@@ -70,18 +76,29 @@ Status Harvest::write_trajectories() const {
   return success();
 }
 
+// The same in every picture of the team, whoever draws it.
+render::Color Harvest::color_of(const std::string& robot) const {
+  std::vector<std::string> names;
+  if (from_.team)
+    for (const auto& [id, member] : from_.team->map().members()) names.push_back(id.name());
+  if (std::ranges::find(names, robot) == names.end()) names.push_back(robot);
+  const auto place = std::ranges::find(names, robot) - names.begin();
+  return render::robot_colors(names)[static_cast<std::size_t>(place)];
+}
+
 MapPicture Harvest::global_picture(const mapping::SolutionRecord& solution) const {
   const auto& members = from_.team->map().members();
   std::vector<SavedPath> paths;
   for (const auto& solved : solution.robots)
     if (const auto member = members.find(solved.robot); member != members.end())
-      paths.push_back(make_path(solved.robot.name(), paths.size(), member->second.trajectory(),
+      paths.push_back(make_path(solved.robot.name(), color_of(solved.robot.name()), member->second.trajectory(),
                                 member->second.keyframe_poses, solved.T_global_robot));
   return {config_.out + "/global", save_map("global map", paths, *from_.team->map().map())};
 }
 
 std::vector<MapPicture> Harvest::pictures() const {
-  const SavedPath path = make_path(config_.id, 0, from_.pipeline.poses(), from_.pipeline.keyframe_poses());
+  const SavedPath path =
+      make_path(config_.id, color_of(config_.id), from_.pipeline.poses(), from_.pipeline.keyframe_poses());
   std::vector<MapPicture> pictures;
   pictures.push_back(
       {config_.out + "/local", save_map("local map of " + config_.id, {&path, 1}, from_.pipeline.mapper().map())});

@@ -1,7 +1,7 @@
 // A saved map: "onemap", a zero and the format's version; then sections of tag u8, size u32, content, all little
 // endian:
-//   1 voxel size and truncation in micrometres, number of blocks (u32 each); 2 title; 3 path: name (u8 length), number
-//   u32, T_map_robot, number of poses u32, poses, number of keyframes u32, keyframes (each pose 7 x i32);
+//   1 voxel size and truncation in micrometres, number of blocks (u32 each); 2 title; 3 path: name (u8 length), colour
+//   3 x u8, T_map_robot, number of poses u32, poses, number of keyframes u32, keyframes (each pose 7 x i32);
 //   4 a submap body. The last section is 0, empty.
 #include "daemon/saved_map.hpp"
 
@@ -49,7 +49,7 @@ std::vector<std::uint8_t> path_section(const SavedPath& path) {
   const std::string name = path.name.substr(0, 255);
   writer.put(static_cast<std::uint8_t>(name.size()));
   writer.bytes({reinterpret_cast<const std::uint8_t*>(name.data()), name.size()});
-  writer.put(path.number);
+  writer.bytes(path.color);
   put_pose(writer, path.T_map_robot);
   put_poses(writer, path.poses);
   put_poses(writer, path.keyframes);
@@ -188,7 +188,7 @@ class Loader {
     render::RobotPath path;
     const std::size_t length = in.get<std::uint8_t>();
     path.name = text_of(in.bytes(length));
-    path.color = render::robot_color(in.get<std::uint32_t>());
+    for (std::uint8_t& c : path.color) c = in.get<std::uint8_t>();
     const mapping::QuantizedPose T_map_robot = get_pose(in);
     const bool good = in.ok() && is_rotation(T_map_robot) &&
                       get_poses(in, mapping::from_quantized(T_map_robot), path.poses) &&

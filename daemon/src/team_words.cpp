@@ -4,11 +4,9 @@
 
 namespace onemap::daemon {
 
-namespace {
-
 using mapping::LinkReason;
 
-const char* words(LinkReason reason) {
+const char* link_words(LinkReason reason) {
   switch (reason) {
     case LinkReason::accepted:
       return "accepted";
@@ -27,6 +25,8 @@ const char* words(LinkReason reason) {
   }
   return "a reason of a later version";
 }
+
+namespace {
 
 struct Words {
   Log& log;
@@ -51,7 +51,7 @@ struct Words {
                link.error_um * 1e-3, by);
     else
       log.line("link {} - {} refused: {}, {} pairs of clouds agree, {} inliers{}", link.a.name(), link.b.name(),
-               words(link.reason), link.supporting_pairs, link.inliers, by);
+               link_words(link.reason), link.supporting_pairs, link.inliers, by);
   }
   void operator()(const mapping::RecordRefused& e) const {
     log.limited("record", "record {} of {} refused: {}", e.id.seq, e.id.log.robot.name(), e.reason);

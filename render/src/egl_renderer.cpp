@@ -12,16 +12,21 @@
 #include "gl_objects.hpp"
 #include "point_spacing.hpp"
 #include "render/renderer.hpp"
+#include "shaders/depth_cues.hpp"
 #include "shaders/stroke.hpp"
 #include "shaders/surface.hpp"
+#include "smooth_edges.hpp"
 #include "strokes.hpp"
 
 namespace onemap::render {
 namespace {
 
 constexpr int kSamples = 4;
-constexpr float kHiddenOpacity = 0.28f;  // of a path behind the map
-constexpr float kPointOverlap = 1.6f;    // point diameter / spacing that closes a surface seen head-on
+// Many samples cost as much as all the rest together. Triangles as small as pixels show their edges only at the rims of
+// things; there smooth_edges() does it.
+constexpr std::size_t kTrianglesForOneSample = 600'000;
+constexpr float kHiddenOpacity = 0.2f;  // of a path behind the map
+constexpr float kPointOverlap = 1.25f;  // side of a point / spacing that closes a surface seen head-on
 
 // The map's arrays, from whichever part of the scene is drawn.
 struct Surface {
@@ -73,34 +78,42 @@ struct Shot {
   const Camera& camera;
   const Style& style;
   glm::mat4 view_projection;
+  bool orthographic() const { return camera.height_m > 0; }
+  float pixels_at_1m() const {
+    const glm::vec3 there = camera.eye + glm::normalize(camera.target - camera.eye);
+    return 1 / camera.metres_per_pixel(there, style.height_px);
+  }
 };
 
 class EglRenderer final : public Renderer {
  public:
   EglRenderer(std::unique_ptr<EglContext> context, std::string description, GlProgram surface, GlProgram stroke,
-              GlProgram face)
+              GlProgram face, GlProgram depth_cues)
       : context_(std::move(context)),
         description_(std::move(description)),
         surface_(std::move(surface)),
         stroke_(std::move(stroke)),
-        face_(std::move(face)) {}
+        face_(std::move(face)),
+        depth_cues_(std::move(depth_cues)) {}
   ~EglRenderer() override {
     const EglContext::Current current(*context_);  // the programs are deleted in their context
     surface_ = GlProgram();
     stroke_ = GlProgram();
     face_ = GlProgram();
+    depth_cues_ = GlProgram();
   }
   Result<Image> draw(const Scene& scene, const Camera& camera, const Style& style) override;
   std::string description() const override { return description_; }
 
  private:
   void draw_surface(const Surface& surface, const Shot& shot) const;
+  void draw_depth_cues(const RenderTarget& target, const RenderTarget& resolved, const Shot& shot) const;
   void draw_paths(const PathShapes& shapes, const Shot& shot) const;
-  void draw_strokes(const std::vector<Stroke>& strokes, const Shot& shot) const;
+  void draw_strokes(const std::vector<Stroke>& strokes, float hidden_opacity, const Shot& shot) const;
 
   std::unique_ptr<EglContext> context_;
   std::string description_;
-  GlProgram surface_, stroke_, face_;
+  GlProgram surface_, stroke_, face_, depth_cues_;
 };
 
 Status check_size(const Style& style) {
@@ -149,8 +162,7 @@ float point_px_at_1m(const Surface& surface, const Shot& shot) {
   if (!surface.triangles.empty()) return 0;
   float size_m = shot.style.point_size_m;
   if (size_m <= 0) size_m = kPointOverlap * point_spacing_m(surface.points);
-  const float pixels = 0.5f * static_cast<float>(shot.style.height_px) / std::tan(0.5f * shot.camera.fov_y_rad);
-  return std::max(size_m * pixels, 1e-6f);
+  return std::max(size_m * shot.pixels_at_1m(), 1e-6f);
 }
 
 }  // namespace
@@ -180,7 +192,33 @@ void EglRenderer::draw_surface(const Surface& surface, const Shot& shot) const {
   glDisable(GL_CULL_FACE);
 }
 
-void EglRenderer::draw_strokes(const std::vector<Stroke>& strokes, const Shot& shot) const {
+// Multiplies the surface's colours by what its depth says.
+void EglRenderer::draw_depth_cues(const RenderTarget& target, const RenderTarget& resolved, const Shot& shot) const {
+  const int w = shot.style.width_px, h = shot.style.height_px;
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, target.framebuffer.get());
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved.framebuffer.get());
+  glBlitFramebuffer(0, 0, w, h, 0, 0, w, h, GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT, GL_NEAREST);
+  glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer.get());
+  glUseProgram(depth_cues_.get());
+  glUniform1f(uniform(depth_cues_, "near_m"), shot.camera.near_m);
+  glUniform1f(uniform(depth_cues_, "far_m"), shot.camera.far_m);
+  glUniform1i(uniform(depth_cues_, "orthographic"), shot.orthographic() ? 1 : 0);
+  glUniform1f(uniform(depth_cues_, "pixels_at_1m"), shot.pixels_at_1m());
+  glUniform1f(uniform(depth_cues_, "strength"), shot.style.depth_cues);
+  glUniform1i(uniform(depth_cues_, "depth"), 0);
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_2D, resolved.depth_texture.get());
+  const GlVertexArray array = make_vertex_array();
+  glDisable(GL_DEPTH_TEST);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ZERO, GL_SRC_COLOR);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glDisable(GL_BLEND);
+  glEnable(GL_DEPTH_TEST);
+}
+
+void EglRenderer::draw_strokes(const std::vector<Stroke>& strokes, float hidden_opacity, const Shot& shot) const {
+  if (strokes.empty()) return;
   glUseProgram(stroke_.get());
   glUniformMatrix4fv(uniform(stroke_, "view_projection"), 1, GL_FALSE, glm::value_ptr(shot.view_projection));
   glUniform2f(uniform(stroke_, "half_size_px"), 0.5f * static_cast<float>(shot.style.width_px),
@@ -202,22 +240,24 @@ void EglRenderer::draw_strokes(const std::vector<Stroke>& strokes, const Shot& s
     glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(strokes.size()));
   };
   // What the map hides shines through faintly; the stencil keeps overlapping strokes from adding up.
-  glDepthMask(GL_FALSE);
-  glDepthFunc(GL_GREATER);
-  glEnable(GL_STENCIL_TEST);
-  glStencilFunc(GL_EQUAL, 0, 0xFF);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_INCR);
-  draw(kHiddenOpacity);
-  glDisable(GL_STENCIL_TEST);
-  glDepthMask(GL_TRUE);
-  glDepthFunc(GL_LESS);
+  if (hidden_opacity > 0) {
+    glClear(GL_STENCIL_BUFFER_BIT);
+    glDepthFunc(GL_GREATER);
+    glEnable(GL_STENCIL_TEST);
+    glStencilFunc(GL_EQUAL, 0, 0xFF);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_INCR);
+    draw(hidden_opacity);
+    glDisable(GL_STENCIL_TEST);
+    glDepthFunc(GL_LESS);
+  }
   draw(1.0f);
 }
 
+// The shapes write no depth: their layers are in the order of drawing.
 void EglRenderer::draw_paths(const PathShapes& shapes, const Shot& shot) const {
   glEnable(GL_BLEND);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-  if (!shapes.strokes.empty()) draw_strokes(shapes.strokes, shot);
+  glDepthMask(GL_FALSE);
   if (!shapes.faces.empty()) {
     glUseProgram(face_.get());
     glUniformMatrix4fv(uniform(face_, "view_projection"), 1, GL_FALSE, glm::value_ptr(shot.view_projection));
@@ -227,10 +267,12 @@ void EglRenderer::draw_paths(const PathShapes& shapes, const Shot& shot) const {
     glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(FaceVertex), at_byte(offsetof(FaceVertex, position)));
     glEnableVertexAttribArray(2);
     glVertexAttribPointer(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, sizeof(FaceVertex), at_byte(offsetof(FaceVertex, color)));
-    glDepthMask(GL_FALSE);
     glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(shapes.faces.size()));
-    glDepthMask(GL_TRUE);
   }
+  draw_strokes(shapes.edges, kHiddenOpacity, shot);
+  draw_strokes(shapes.seams, 0, shot);
+  draw_strokes(shapes.paths, kHiddenOpacity, shot);
+  glDepthMask(GL_TRUE);
   glDisable(GL_BLEND);
 }
 
@@ -242,15 +284,19 @@ Result<Image> EglRenderer::draw(const Scene& scene, const Camera& camera, const 
   if (auto size = check_size(style); !size) return size.error();
   GLint samples = 0;
   glGetIntegerv(GL_MAX_SAMPLES, &samples);
-  const RenderTarget target = make_render_target(style.width_px, style.height_px, std::min(kSamples, samples));
-  const RenderTarget resolved = make_render_target(style.width_px, style.height_px, 0);
+  const bool one_sample = surface.triangles.size() > kTrianglesForOneSample;
+  const RenderTarget target =
+      make_render_target(style.width_px, style.height_px, one_sample ? 0 : std::min(kSamples, samples));
+  const RenderTarget resolved = make_resolved_target(style.width_px, style.height_px);
   if (!target.complete || !resolved.complete) return Error{"picture", "no memory for its pixels"};
   begin(target, style);
   const float aspect = static_cast<float>(style.width_px) / static_cast<float>(style.height_px);
   const Shot shot{camera, style, camera.projection(aspect) * camera.view()};
   draw_surface(surface, shot);
+  if (style.depth_cues > 0) draw_depth_cues(target, resolved, shot);
   draw_paths(path_shapes(scene, camera, style), shot);
   Image image = read_picture(target, resolved, style);
+  if (one_sample) smooth_edges(image);
   if (const GLenum code = glGetError(); code != GL_NO_ERROR)
     return Error{"OpenGL", code == GL_OUT_OF_MEMORY ? "out of memory" : fmt::format("error 0x{:04x}", code)};
   return image;
@@ -271,9 +317,11 @@ Result<std::unique_ptr<Renderer>> open_egl_renderer() {
   if (!stroke) return stroke.error();
   auto face = build_program("face", shaders::kFaceVertex, shaders::kFaceFragment);
   if (!face) return face.error();
+  auto depth_cues = build_program("depth cues", shaders::kDepthCuesVertex, shaders::kDepthCuesFragment);
+  if (!depth_cues) return depth_cues.error();
   return std::unique_ptr<Renderer>(
       std::make_unique<EglRenderer>(std::move(*context), text(GL_RENDERER) + ", " + text(GL_VERSION),
-                                    std::move(*surface), std::move(*stroke), std::move(*face)));
+                                    std::move(*surface), std::move(*stroke), std::move(*face), std::move(*depth_cues)));
 }
 
 }  // namespace onemap::render

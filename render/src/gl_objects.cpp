@@ -70,4 +70,24 @@ RenderTarget make_render_target(int width, int height, int samples) {
   return target;
 }
 
+RenderTarget make_resolved_target(int width, int height) {
+  RenderTarget target;
+  GLuint name = 0;
+  glGenFramebuffers(1, &name);
+  target.framebuffer = GlFramebuffer(name);
+  target.color = make_renderbuffer(GL_RGBA8, width, height, 0);
+  GLuint texture = 0;
+  glGenTextures(1, &texture);
+  target.depth_texture = GlTexture(texture);
+  glBindTexture(GL_TEXTURE_2D, texture);
+  glTexStorage2D(GL_TEXTURE_2D, 1, GL_DEPTH24_STENCIL8, width, height);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glBindFramebuffer(GL_FRAMEBUFFER, name);
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, target.color.get());
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_TEXTURE_2D, texture, 0);
+  target.complete = glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+  return target;
+}
+
 }  // namespace onemap::render

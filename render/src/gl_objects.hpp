@@ -32,12 +32,14 @@ inline void delete_buffer(GLuint name) { glDeleteBuffers(1, &name); }
 inline void delete_vertex_array(GLuint name) { glDeleteVertexArrays(1, &name); }
 inline void delete_framebuffer(GLuint name) { glDeleteFramebuffers(1, &name); }
 inline void delete_renderbuffer(GLuint name) { glDeleteRenderbuffers(1, &name); }
+inline void delete_texture(GLuint name) { glDeleteTextures(1, &name); }
 inline void delete_program(GLuint name) { glDeleteProgram(name); }
 
 using GlBuffer = GlName<delete_buffer>;
 using GlVertexArray = GlName<delete_vertex_array>;
 using GlFramebuffer = GlName<delete_framebuffer>;
 using GlRenderbuffer = GlName<delete_renderbuffer>;
+using GlTexture = GlName<delete_texture>;
 using GlProgram = GlName<delete_program>;
 
 Result<GlProgram> build_program(const char* name, const char* vertex_source, const char* fragment_source);
@@ -50,8 +52,10 @@ GlVertexArray make_vertex_array();  // left bound
 struct RenderTarget {
   GlFramebuffer framebuffer;
   GlRenderbuffer color, depth;
+  GlTexture depth_texture;  // instead of `depth` where a shader reads it
   bool complete = false;
 };
 RenderTarget make_render_target(int width, int height, int samples);
+RenderTarget make_resolved_target(int width, int height);  // without samples, its depth a texture
 
 }  // namespace onemap::render

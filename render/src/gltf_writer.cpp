@@ -5,9 +5,10 @@
 #include <cstring>
 #include <sstream>
 
+#include "markers.hpp"
 #include "render/file.hpp"
+#include "render/upright.hpp"
 #include "srgb.hpp"
-#include "strokes.hpp"
 #include "tinygltf.hpp"
 
 namespace onemap::render {
@@ -15,21 +16,21 @@ namespace {
 
 using mapping::Rgb;
 using mapping::Vector3f;
-constexpr double kMarkerDepth_m = 0.06;
 
 double linear(std::uint8_t srgb) { return linear_from_srgb(srgb) / 65535.0; }
 
 // Collects a model with one buffer; every add_ function returns the index of what it added.
 class Builder {
  public:
-  explicit Builder(const std::string& title) {
+  Builder(const std::string& title, const mapping::Matrix3d& R_upright_scene) {
     model_.asset.version = "2.0";
     model_.asset.generator = "onemap";
     model_.extensionsUsed = {"KHR_materials_unlit"};
     model_.buffers.emplace_back();
     model_.nodes.emplace_back();
     model_.nodes[0].name = title.empty() ? "scene" : title;
-    model_.nodes[0].rotation = {1, 0, 0, 0};  // half a turn about x: y down, z ahead -> y up, z back
+    const auto q = mapping::to_quaternion_wxyz(R_upright_scene);
+    model_.nodes[0].rotation = {q[1], q[2], q[3], q[0]};
     model_.scenes.emplace_back();
     model_.scenes[0].nodes = {0};
     model_.defaultScene = 0;
@@ -54,10 +55,10 @@ class Builder {
     return static_cast<int>(model_.meshes.size()) - 1;
   }
 
-  int add_material(const std::string& name, const Color& color) {
+  int add_material(const std::string& name, const Color& color, bool double_sided) {
     tinygltf::Material material;
     material.name = name;
-    material.doubleSided = true;
+    material.doubleSided = double_sided;
     material.pbrMetallicRoughness.baseColorFactor = {linear(color[0]), linear(color[1]), linear(color[2]), 1};
     material.pbrMetallicRoughness.metallicFactor = 0;
     material.pbrMetallicRoughness.roughnessFactor = 0.9;
@@ -153,7 +154,7 @@ void add_map(Builder& builder, const Scene& scene) {
   }
   tinygltf::Primitive primitive;
   primitive.mode = triangles ? TINYGLTF_MODE_TRIANGLES : TINYGLTF_MODE_POINTS;
-  primitive.material = builder.add_material("map", {255, 255, 255});
+  primitive.material = builder.add_material("map", {255, 255, 255}, false);
   primitive.attributes["POSITION"] = builder.add_positions(points);
   if (!normals.empty()) primitive.attributes["NORMAL"] = builder.add_vectors(unit_normals(normals));
   if (!colors.empty()) primitive.attributes["COLOR_0"] = builder.add_colors(colors);
@@ -175,8 +176,8 @@ void add_trajectory(Builder& builder, const RobotPath& robot, int material) {
 }
 
 // One pyramid in the camera's frame that all keyframes' nodes share.
-int add_pyramid(Builder& builder, const RobotPath& robot, int material) {
-  const auto corners = pyramid(mapping::Pose{}, kMarkerDepth_m);
+int add_pyramid(Builder& builder, const RobotPath& robot, int material, float depth_m) {
+  const auto corners = pyramid(mapping::Pose{}, depth_m);
   std::vector<Vector3f> points;
   points.reserve(corners.size());
   for (const glm::vec3& p : corners) points.emplace_back(p.x, p.y, p.z);
@@ -188,9 +189,9 @@ int add_pyramid(Builder& builder, const RobotPath& robot, int material) {
   return builder.add_mesh("camera " + robot.name, std::move(primitive));
 }
 
-void add_cameras(Builder& builder, const RobotPath& robot, int material) {
+void add_cameras(Builder& builder, const RobotPath& robot, int material, float depth_m) {
   if (robot.keyframe_poses.empty()) return;
-  const int mesh = add_pyramid(builder, robot, material);
+  const int mesh = add_pyramid(builder, robot, material, depth_m);
   const int group = builder.add_node("cameras " + robot.name, 0, -1);
   for (std::size_t i = 0; i < robot.keyframe_poses.size(); ++i) {
     const mapping::Pose& pose = robot.keyframe_poses[i];
@@ -224,13 +225,14 @@ std::string check(const Scene& scene) {
 
 Status write_glb(const std::string& path, const Scene& scene) {
   if (auto wrong = check(scene); !wrong.empty()) return Error{path, "cannot write: " + wrong};
-  Builder builder(scene.title);
+  Builder builder(scene.title, upright_rotation(up_of(scene)));
+  const float depth_m = choose_markers(scene).depth_m;
   add_map(builder, scene);
   for (const RobotPath& robot : scene.robots) {
     if (robot.poses.size() < 2 && robot.keyframe_poses.empty()) continue;
-    const int material = builder.add_material(robot.name, robot.color);
+    const int material = builder.add_material(robot.name, robot.color, true);
     add_trajectory(builder, robot, material);
-    add_cameras(builder, robot, material);
+    add_cameras(builder, robot, material, depth_m);
   }
   const tinygltf::Model model = builder.finish();
   std::ostringstream out;

@@ -13,6 +13,7 @@
 
 #include "hal/base/bytes.hpp"
 #include "render/file.hpp"
+#include "render/upright.hpp"
 
 namespace onemap::render {
 namespace {
@@ -57,6 +58,7 @@ struct Header {
   bool ascii = false;
   std::vector<Element> elements;
   std::size_t size_bytes = 0;
+  mapping::Matrix3d R_file_map = mapping::Matrix3d::Identity();
 };
 
 std::vector<std::string_view> words_of(std::string_view line) {
@@ -71,10 +73,26 @@ std::vector<std::string_view> words_of(std::string_view line) {
   }
 }
 
+// What our writer says about the frame; any other comment is none of ours.
+std::string parse_comment(const std::vector<std::string_view>& words, Header& header) {
+  if (words.size() != 7 || words[1] != "onemap" || words[2] != "rotation_file_map") return {};
+  std::array<double, 4> q{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::string_view word = words[3 + i];
+    const auto parsed = std::from_chars(word.data(), word.data() + word.size(), q[i]);
+    if (parsed.ec != std::errc{} || parsed.ptr != word.data() + word.size()) return "a rotation that is no number";
+  }
+  const double squared = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+  if (!(std::abs(squared - 1) < 1e-3)) return "a rotation that is no unit quaternion";
+  header.R_file_map = mapping::from_quaternion_wxyz(q);
+  return {};
+}
+
 // One line of the header; an empty string, or what is wrong with it.
 std::string parse_line(const std::vector<std::string_view>& words, Header& header) {
   const std::string_view key = words[0];
-  if (key == "comment" || key == "obj_info") return {};
+  if (key == "comment") return parse_comment(words, header);
+  if (key == "obj_info") return {};
   if (key == "format" && words.size() >= 2) {
     if (words[1] != "ascii" && words[1] != "binary_little_endian")
       return fmt::format("format {} is not supported (ascii and binary_little_endian are)", words[1]);
@@ -269,7 +287,8 @@ Result<mapping::TriangleMesh> parse_ply(std::span<const std::uint8_t> bytes, con
   }
   if (!has_vertices) return Error{name, "no vertices"};
   if (auto wrong = check(mesh); !wrong.empty()) return Error{name, wrong};
-  return mesh;
+  if (header->R_file_map == mapping::Matrix3d::Identity()) return mesh;
+  return turned(std::move(mesh), header->R_file_map.transpose());
 }
 
 Result<mapping::TriangleMesh> read_ply(const std::string& path) {

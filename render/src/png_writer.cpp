@@ -32,6 +32,9 @@ bool encode(png_structp png, png_infop info, const Image& image, Sink& sink) {
   png_set_write_fn(png, &sink, on_data, nullptr);
   png_set_IHDR(png, info, static_cast<png_uint_32>(image.width), static_cast<png_uint_32>(image.height), 8,
                PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  // A third of the time of the default level for a tenth more bytes.
+  png_set_compression_level(png, 3);
+  png_set_filter(png, 0, PNG_FILTER_UP);
   png_write_info(png, info);
   const std::size_t stride = 3 * static_cast<std::size_t>(image.width);
   for (std::size_t y = 0; y < static_cast<std::size_t>(image.height); ++y) png_write_row(png, &image.rgb[y * stride]);

@@ -25,16 +25,14 @@ struct FaceVertex {
   Rgba color;
 };
 
-// What stands for the robots in a picture: trajectories as strokes, camera poses as pyramids whose tip is the camera
-// and whose base is the picture that it takes.
+// What stands for the robots in a picture, from the lowest layer to the highest: camera poses as pyramids whose tip is
+// the camera and whose base is the picture that it takes (faces, then edges), a light seam of the trajectories, the
+// trajectories with a ring where they start and a dot where they end.
 struct PathShapes {
-  std::vector<Stroke> strokes;
   std::vector<FaceVertex> faces;  // three a triangle
+  std::vector<Stroke> edges, seams, paths;
 };
 
 PathShapes path_shapes(const Scene& scene, const Camera& camera, const Style& style);
-
-// The five corners of a camera pyramid of the given depth: the tip, then the base in a circle.
-std::array<glm::vec3, 5> pyramid(const mapping::Pose& pose, float depth_m);
 
 }  // namespace onemap::render

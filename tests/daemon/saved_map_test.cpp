@@ -31,10 +31,10 @@ mapping::VoxelMap ball() {
   return map;
 }
 
-SavedPath way(const std::string& name, std::uint32_t number) {
+SavedPath way(const std::string& name, std::size_t number) {
   SavedPath path;
   path.name = name;
-  path.number = number;
+  path.color = render::robot_color(number);
   path.T_map_robot.t_10um = {100'000, 0, 0};
   for (int i = 0; i < 5; ++i) {
     mapping::QuantizedPose pose;

@@ -53,7 +53,7 @@ std::vector<Picture> take(const std::string& text, const std::set<std::uint64_t>
 }
 
 TEST(Simulated, SameAddressGivesSameBytes) {
-  for (const std::string scene : {"living-room", "office", "storage", "empty-hall", "corridor"}) {
+  for (const std::string scene : {"living-room", "office", "storage", "empty-hall", "corridor", "house"}) {
     const std::string text = "simulated:" + scene + "?robot=2&width=160&height=120&seed=4";
     const auto a = take(text, {0, 3}), b = take(text, {0, 3});
     for (std::size_t i = 0; i < 2; ++i) {
@@ -81,7 +81,7 @@ TEST(Simulated, EndsAfterTheGivenFramesWithRisingTimes) {
 
 TEST(Simulated, BadAddressesSayWhatIsValid) {
   const std::vector<std::pair<std::string, std::string>> cases{
-      {"simulated:cellar", "living-room, office, storage, empty-hall, corridor"},
+      {"simulated:cellar", "living-room, office, storage, empty-hall, corridor, house"},
       {"simulated:", "living-room"},
       {"simulated:office?robto=1", "known: robot=1..robots"},
       {"simulated:office?robot=0", "whole number from 1 to 3"},
@@ -321,6 +321,42 @@ TEST(Simulated, RobotsStartApartAndSeeTheSameThings) {
     EXPECT_GT(first, 0.15) << scene;
     EXPECT_LT(first, 0.85) << scene;
   }
+}
+
+// Three robots in the house: neighbours see the same at their passage, the outer two share little, and each is
+// in free space and turns no faster than a hand.
+TEST(Simulated, RobotsOfTheHouseMeetAtTwoPlaces) {
+  std::vector<std::vector<Seen>> robots;
+  std::set<std::uint64_t> all;
+  for (std::uint64_t i = 0; i < 108; ++i) all.insert(i);
+  for (int robot = 1; robot <= 3; ++robot)
+    robots.push_back(
+        see("simulated:house?noise=none&fps=6&width=160&height=120&frames=108&robot=" + std::to_string(robot), all));
+  for (const auto& frames : robots)
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      EXPECT_GT(*std::ranges::min_element(frames[i].picture.depth), 0.35 * 5000) << i;
+      if (i == 0) continue;
+      double cosine = 0;
+      for (std::size_t c = 0; c < 4; ++c)
+        cosine += frames[i].pose.q_world_camera_xyzw[c] * frames[i - 1].pose.q_world_camera_xyzw[c];
+      EXPECT_LT(2 * std::acos(std::min(1.0, std::abs(cosine))) * 6 * 57.2958, 60) << i;
+    }
+  double all_of_last = 0;  // overlap over all pairs of frames
+  const auto best = [&](std::size_t a, std::size_t b) {
+    double most = 0;
+    all_of_last = 0;
+    for (std::size_t i = 0; i < 108; i += 4)
+      for (std::size_t j = 0; j < 108; j += 4) {
+        const double here = overlap(robots[a][i], robots[b][j]);
+        most = std::max(most, here);
+        all_of_last += here / (27 * 27);
+      }
+    return most;
+  };
+  EXPECT_GT(best(0, 1), 0.5);
+  EXPECT_GT(best(1, 2), 0.5);
+  best(0, 2);
+  EXPECT_LT(all_of_last, 0.1) << "each has a room of its own";
 }
 
 // A square piece of a picture, grey, mean 0 and length 1; `contrast` is its standard deviation before.

@@ -24,20 +24,63 @@ bool in_view(const Camera& camera, const mapping::Vector3f& p) {
   return q.w > 0 && std::abs(q.x) <= 1 && std::abs(q.y) <= 1 && std::abs(q.z) <= 1;
 }
 
-TEST(Viewpoint, fit_and_top_have_the_room_and_the_paths_in_view_and_fill_the_picture) {
+// Is the surface at this vertex drawn, seen from the camera? Walls are looked through from outside.
+bool drawn(const Scene& scene, std::size_t vertex, const Camera& camera) {
+  const auto& p = scene.mesh.vertices[vertex];
+  const glm::vec3 to_eye = camera.eye - glm::vec3(p.x(), p.y(), p.z());
+  const auto& n = scene.mesh.normals[vertex];
+  return glm::dot(glm::vec3(n.x(), n.y(), n.z()), to_eye) > 0;
+}
+
+TEST(Viewpoint, fit_top_and_plan_show_all_that_is_drawn_with_a_border_and_no_more) {
   const Scene scene = test::room_scene();
-  for (const View view : {View::fit, View::top}) {
+  for (const View view : {View::fit, View::top, View::plan}) {
     const Camera camera = make_camera(scene, view, kAspect);
     float reach_x = 0, reach_y = 0;
-    for (const RobotPath& robot : scene.robots)
-      for (const auto& pose : robot.poses) EXPECT_TRUE(in_view(camera, pose.t.cast<float>()));
-    for (const auto& p : scene.mesh.vertices) {
-      EXPECT_TRUE(in_view(camera, p));
-      reach_x = std::max(reach_x, std::abs(project(camera, p).x));
-      reach_y = std::max(reach_y, std::abs(project(camera, p).y));
+    const auto see = [&](const mapping::Vector3f& p) {
+      const glm::vec4 q = project(camera, p);
+      ASSERT_GT(q.w, 0);
+      ASSERT_LE(std::abs(q.z), 1);
+      reach_x = std::max(reach_x, std::abs(q.x));
+      reach_y = std::max(reach_y, std::abs(q.y));
+    };
+    for (const RobotPath& robot : scene.robots) {
+      for (const auto& pose : robot.poses) see(pose.t.cast<float>());
+      for (const auto& pose : robot.keyframe_poses) {  // and the base of a pyramid
+        EXPECT_TRUE(in_view(camera, (pose * mapping::Vector3d(0.1, 0.1, 0.2)).cast<float>()));
+      }
     }
-    EXPECT_GT(std::max(reach_x, reach_y), 0.9f);
+    for (std::size_t i = 0; i < scene.mesh.vertices.size(); ++i)
+      if (drawn(scene, i, camera)) see(scene.mesh.vertices[i]);
+    EXPECT_LT(reach_x, 0.85f);
+    EXPECT_LT(reach_y, 0.85f);
+    EXPECT_GT(std::max(reach_x, reach_y), 0.8f);
   }
+}
+
+TEST(Viewpoint, a_plan_is_orthographic_and_keeps_lengths) {
+  const Camera camera = make_camera(test::room_scene(), View::plan, kAspect);
+  ASSERT_GT(camera.height_m, 0);
+  EXPECT_GT(glm::normalize(camera.target - camera.eye).y, 0.999f);
+  // Two places a metre apart, high and low, near and far: everywhere the same length, in heights of the picture.
+  const auto length = [&](const mapping::Vector3f& from, const mapping::Vector3f& way) {
+    const glm::vec4 a = project(camera, from), b = project(camera, from + way);
+    return std::hypot(kAspect * (b.x - a.x), b.y - a.y) / 2;
+  };
+  for (const mapping::Vector3f& from : {mapping::Vector3f(0, -0.9f, 0), mapping::Vector3f(1, 1.4f, 3)})
+    for (const mapping::Vector3f& way : {mapping::Vector3f(1, 0, 0), mapping::Vector3f(0, 0, 1)})
+      EXPECT_NEAR(length(from, way), 1 / camera.height_m, 1e-4f);
+  EXPECT_NEAR(camera.metres_per_pixel({0, 0, 0}, 720), camera.height_m / 720, 1e-6f);
+}
+
+TEST(Viewpoint, a_turntable_keeps_height_and_distance) {
+  const Camera first = make_camera(test::room_scene(), View::fit, kAspect);
+  const Camera half = turned_about_target(first, {0, -1, 0}, 0.5f);
+  EXPECT_NEAR(half.eye.y, first.eye.y, 1e-4f);
+  EXPECT_NEAR(glm::distance(half.eye, half.target), glm::distance(first.eye, first.target), 1e-3f);
+  EXPECT_NEAR(half.eye.x - half.target.x, first.target.x - first.eye.x, 1e-3f);
+  const Camera whole = turned_about_target(first, {0, -1, 0}, 1.0f);
+  EXPECT_LT(glm::distance(whole.eye, first.eye), 1e-4f);
 }
 
 TEST(Viewpoint, fit_stands_behind_and_above_the_cameras_and_top_straight_above) {
@@ -50,7 +93,7 @@ TEST(Viewpoint, fit_stands_behind_and_above_the_cameras_and_top_straight_above) 
   EXPECT_GT(forward.y, 0.1f);
   const Camera top = make_camera(scene, View::top, kAspect);
   EXPECT_GT(glm::normalize(top.target - top.eye).y, 0.999f);
-  EXPECT_GT(top.up.z, 0.9f);
+  EXPECT_GT(std::max(std::abs(top.up.z), std::abs(top.up.x)), 0.99f) << "walls lie along the rims";
 }
 
 TEST(Viewpoint, a_few_stray_points_do_not_move_the_camera) {
@@ -88,7 +131,7 @@ TEST(Viewpoint, every_scene_gives_a_usable_camera) {
   for (int i = 0; i < 8; ++i)
     turned.robots.resize(1), turned.robots[0].keyframe_poses.push_back(test::level_pose(0, 0, 0, i * 0.7853981634));
   for (const Scene* scene : {&empty, &single, &turned}) {
-    for (const View view : {View::fit, View::top, View::front, View::follow})
+    for (const View view : {View::fit, View::top, View::plan, View::front, View::follow})
       EXPECT_TRUE(sane(make_camera(*scene, view, kAspect)));
     EXPECT_TRUE(sane(make_camera(*scene, {1, 1, 1}, {1, 1, 1})));
     EXPECT_TRUE(sane(make_camera(*scene, {0, -3, 0}, {0, 0, 0})));  // straight down: up is parallel
@@ -99,6 +142,7 @@ TEST(Viewpoint, every_scene_gives_a_usable_camera) {
 TEST(Viewpoint, names) {
   EXPECT_EQ(view_from_name("top"), View::top);
   EXPECT_EQ(view_from_name("fit"), View::fit);
+  EXPECT_EQ(view_from_name("plan"), View::plan);
   EXPECT_EQ(view_from_name("sideways"), std::nullopt);
 }
 

@@ -55,13 +55,14 @@ TEST_F(OnemapView, draws_a_saved_model_as_the_library_draws_the_scene) {
   style.width_px = 400;
   style.height_px = 300;
   for (const std::string name : {"fit", "top"}) {
-    const Ran ran = view((folder_ / "room.glb") + " --size 400x300 --view " + name + " --png " + (folder_ / "a.png"));
+    const Ran ran =
+        view((folder_ / "room.glb") + " --size 400x300 --view " + name + " --plain --png " + (folder_ / "a.png"));
     ASSERT_EQ(ran.status, 0) << ran.output;
     const Camera camera = make_camera(scene_, *view_from_name(name), 400.0f / 300);
     EXPECT_LT(test::compare(test::read_png(folder_ / "a.png"), *(*renderer)->draw(scene_, camera, style)).mean, 0.05);
   }
-  const Ran ran =
-      view((folder_ / "room.ply") + " --size 400x300 --eye 0,-0.5,-3 --target 0,0,2 --png " + (folder_ / "b.png"));
+  const Ran ran = view((folder_ / "room.ply") + " --size 400x300 --eye 0,-0.5,-3 --target 0,0,2 --plain --png " +
+                       (folder_ / "b.png"));
   ASSERT_EQ(ran.status, 0) << ran.output;
   scene_.robots.clear();
   const Camera camera = make_camera(scene_, {0, -0.5f, -3}, {0, 0, 2});
@@ -72,7 +73,10 @@ TEST_F(OnemapView, converts_and_reduces_to_points) {
   Ran ran =
       view((folder_ / "room.glb") + " --ply " + (folder_ / "out.ply") + " --glb " + (folder_ / "out.glb") + " --mesh");
   ASSERT_EQ(ran.status, 0) << ran.output;
-  EXPECT_EQ(read_ply(folder_ / "out.ply")->triangles, scene_.mesh.triangles);
+  const auto written = read_ply(folder_ / "out.ply");
+  EXPECT_EQ(written->triangles, scene_.mesh.triangles);
+  for (std::size_t i = 0; i < written->vertices.size(); ++i)
+    ASSERT_LT((written->vertices[i] - scene_.mesh.vertices[i]).norm(), 1e-5f) << "turned upright and back";
   EXPECT_EQ(read_glb(folder_ / "out.glb")->robots.size(), 3u);
   ran = view((folder_ / "room.ply") + " --points --ply " + (folder_ / "out.ply"));
   ASSERT_EQ(ran.status, 0) << ran.output;
@@ -85,6 +89,11 @@ TEST_F(OnemapView, says_what_is_wrong_and_exits_accordingly) {
   const std::string room = folder_ / "room.ply";
   expect_failure("", 2, "MAP is required");
   expect_failure(room, 2, "--png, --glb or --ply");
+  expect_failure(room + " --png a.png --background blue", 2, "--background: blue is neither");
+  expect_failure(room + " --ply a.ply --turntable 5", 2, "give --png");
+  expect_failure(room + " --png a.png --turntable 5 --follow-all 3", 2, "--follow-all");
+  expect_failure(room + " --png a.png --compare " + (folder_ / "none.ply"), 1, "none.ply: cannot read");
+  expect_failure(room + " --png a.png --follow-all 3", 1, "no robot with keyframes");
   expect_failure(room + " --png a.png --view sideways", 2, "sideways");
   expect_failure(room + " --png a.png --size 12", 2, "--size: 12 is not WIDTHxHEIGHT");
   expect_failure(room + " --png a.png --size 99999x99999", 2, "--size: 99999x99999 is not");
@@ -97,9 +106,46 @@ TEST_F(OnemapView, says_what_is_wrong_and_exits_accordingly) {
   expect_failure((folder_ / "none.ply") + " --ply a.ply", 1, "none.ply: cannot read: No such file");
   expect_failure(room + " --ply /no/such/folder/a.ply", 1,
                  "/no/such/folder/a.ply: cannot write: folder '/no/such/folder': No such file");
-  expect_failure(std::string(ONEMAP_SOURCE_DIR) + "/README.md --ply a.ply", 1, "neither a .ply nor a .glb");
+  expect_failure(std::string(ONEMAP_SOURCE_DIR) + "/README.md --ply a.ply", 1, "neither a .ply, a .glb nor an .omap");
   expect_failure((folder_ / "b\xff\x1b.ply") + " --ply a.ply", 1, "b\\xff\\x1b.ply: cannot read");
-  EXPECT_EQ(view("--help").status, 0);
+  const Ran help = view("--help");
+  EXPECT_EQ(help.status, 0);
+  EXPECT_NE(help.output.find("--turntable 120"), std::string::npos) << "examples";
+}
+
+TEST_F(OnemapView, draws_sequences_that_ffmpeg_takes) {
+  if (!open_egl_renderer()) GTEST_SKIP() << "no EGL driver that draws without a display";
+  Ran ran = view((folder_ / "room.glb") + " --size 64x48 --turntable 4 --png " + (folder_ / "turn.png"));
+  ASSERT_EQ(ran.status, 0) << ran.output;
+  for (const char* name : {"turn_0000.png", "turn_0003.png"})
+    EXPECT_EQ(test::read_png(folder_ / name).width, 64) << name;
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "turn_0004.png"));
+  EXPECT_GT(test::compare(test::read_png(folder_ / "turn_0000.png"), test::read_png(folder_ / "turn_0001.png")).mean,
+            5);
+  ran = view((folder_ / "room.glb") + " --size 64x48 --follow-all 30 --png " + (folder_ / "way.png"));
+  ASSERT_EQ(ran.status, 0) << ran.output;  // 61 places: 0, 30, 60 of each robot
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "way_robot3_0002.png")) << ran.output;
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "way_robot3_0003.png"));
+}
+
+TEST_F(OnemapView, compares_two_maps_and_puts_maps_beside_each_other) {
+  if (!open_egl_renderer()) GTEST_SKIP() << "no EGL driver that draws without a display";
+  Scene moved = scene_;
+  moved.robots.clear();
+  moved.mesh = {};
+  test::add_tiles(moved.mesh, {-1, 1.48f, 0}, {0, 0, 3}, {2, 0, 0}, 20, {90, 90, 90}, {90, 90, 90});  // above the floor
+  ASSERT_TRUE(write_ply(folder_ / "moved.ply", moved.mesh).ok());
+  Scene floor;
+  test::add_tiles(floor.mesh, {-2, 1.5f, -1}, {0, 0, 5}, {4, 0, 0}, 200, {90, 90, 90}, {90, 90, 90});
+  ASSERT_TRUE(write_ply(folder_ / "floor.ply", floor.mesh).ok());
+  Ran ran = view((folder_ / "moved.ply") + " --compare " + (folder_ / "floor.ply") + " --size 320x240 --png " +
+                 (folder_ / "c.png"));
+  ASSERT_EQ(ran.status, 0) << ran.output;
+  EXPECT_NE(ran.output.find("median 20.0 mm"), std::string::npos) << ran.output;
+  ran = view((folder_ / "room.glb") + " --beside " + (folder_ / "floor.ply") + " " + (folder_ / "moved.ply") +
+             " --size 600x200 --png " + (folder_ / "three.png"));
+  ASSERT_EQ(ran.status, 0) << ran.output;
+  EXPECT_EQ(test::read_png(folder_ / "three.png").width, 600);
 }
 
 TEST_F(OnemapView, without_a_driver_the_error_is_clear_and_other_formats_still_work) {

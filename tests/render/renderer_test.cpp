@@ -5,8 +5,10 @@
 #include <cmath>
 
 #include "picture.hpp"
+#include "render/legend.hpp"
 #include "render/png_writer.hpp"
 #include "room_scene.hpp"
+#include "simulated_room.hpp"
 
 namespace onemap::render {
 namespace {
@@ -23,6 +25,7 @@ class Drawing : public ::testing::Test {
     style_.width_px = 320;
     style_.height_px = 240;
     style_.shading = 0;
+    style_.depth_cues = 0;
   }
   Image draw(const Scene& scene, const Camera& camera) {
     auto image = renderer_->draw(scene, camera, style_);
@@ -162,6 +165,19 @@ TEST_F(Drawing, a_path_through_the_camera_does_not_smear_over_the_picture) {
   EXPECT_EQ(image.at(160, 60), style_.background);  // the way is below the axis (y down): only the lower half
 }
 
+TEST_F(Drawing, a_way_has_a_ring_at_its_start_and_a_dot_at_its_end) {
+  Scene scene;
+  scene.robots = {{"robot1", kRed, {test::level_pose(-1, 0, 3, 0), test::level_pose(1, 0, 3, 0)}, {}}};
+  style_.path_width_px = 6;
+  const Image image = draw(scene, camera_at({0, 0, 0}, {0, 0, 1}));
+  const double f_px = 120 / std::tan(Camera().fov_y_rad / 2);
+  const int reach = static_cast<int>(f_px / 3);
+  EXPECT_EQ(image.at(160 - reach, 120), (Color{255, 255, 255})) << "the ring's middle";
+  EXPECT_EQ(image.at(160 - reach, 120 - 8), kRed);
+  EXPECT_EQ(image.at(160 + reach, 120), kRed);
+  EXPECT_EQ(image.at(160 + reach, 120 - 8), kRed);
+}
+
 TEST_F(Drawing, keyframes_are_pyramids_at_their_places) {
   Scene scene;
   scene.robots = {{"robot1", kBlue, {}, {test::level_pose(0, 0, 3, 0)}}};
@@ -192,6 +208,65 @@ TEST_F(Drawing, shading_is_mild) {
   EXPECT_LT(difference.mean, 40);
 }
 
+// A floor and a wall that meet, seen at a slant: the hollow is darker, the planes keep their colour.
+TEST_F(Drawing, hollows_are_darker_and_planes_are_not) {
+  Scene scene;
+  const Color plain{200, 200, 200};
+  test::add_tiles(scene.mesh, {-4, 1, 1}, {8, 0, 0}, {0, 0, 4}, 1, plain, plain);   // floor, y down
+  test::add_tiles(scene.mesh, {-4, -3, 5}, {0, 4, 0}, {8, 0, 0}, 1, plain, plain);  // wall
+  const Camera camera = camera_at({0, -0.5f, 0}, {0, 0.5f, 5});
+  const Image flat = draw(scene, camera);
+  style_.depth_cues = 1;
+  const Image cued = draw(scene, camera);
+  ASSERT_EQ(flat.at(160, 20), plain);
+  ASSERT_EQ(flat.at(160, 230), plain);
+  EXPECT_EQ(cued.at(160, 20), plain);
+  EXPECT_NEAR(cued.at(160, 230)[0], 200, 2);
+  int darkest = 255;
+  for (int y = 100; y < 200; ++y) darkest = std::min(darkest, int{cued.at(160, y)[0]});
+  EXPECT_LT(darkest, 185);
+  EXPECT_GT(darkest, 45);
+  EXPECT_EQ(cued.at(160, 120)[0] == cued.at(80, 120)[0], true) << "the same along the line";
+}
+
+TEST_F(Drawing, every_robot_has_one_colour_in_every_picture) {
+  const std::vector<std::string> team{"robot2", "robot1", "robot3"};
+  const auto colors = robot_colors(team);
+  for (std::size_t i = 0; i < team.size(); ++i) EXPECT_EQ(robot_colors({team[i]}).front(), colors[i]) << team[i];
+  EXPECT_EQ(colors[1], robot_color(0));
+  const auto clash = robot_colors({"r1", "s1", "t11", "kitchen"});
+  for (std::size_t i = 0; i < clash.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) EXPECT_NE(clash[i], clash[j]);
+  Scene scene;
+  scene.robots = {{"robot2", colors[0], {test::level_pose(-1, 0, 3, 0), test::level_pose(1, 0, 3, 0)}, {}}};
+  const Image image = draw(scene, camera_at({0, 0, 0}, {0, 0, 1}));
+  EXPECT_GT(count(image, colors[0]), 100u);
+}
+
+TEST_F(Drawing, at_most_fifteen_pyramids_a_robot_stand_in_a_picture) {
+  Scene scene;
+  RobotPath path{"robot1", kBlue, {}, {}};
+  for (int i = 0; i < 400; ++i) path.keyframe_poses.push_back(test::level_pose(-2 + 0.01 * i, 0, 4, 0));
+  scene.robots = {path};
+  style_.width_px = 1280;
+  style_.height_px = 720;
+  style_.path_width_px = 0;
+  const Image image = draw(scene, camera_at({0, -2, 0}, {0, 0, 4}));
+  int pieces = 0;  // of blue along the row of their tips, or just below
+  for (int y = 300; y < 420; ++y) {
+    int here = 0;
+    bool before = false;
+    for (int x = 0; x < image.width; ++x) {
+      const bool blue = image.at(x, y) == kBlue;
+      here += blue && !before ? 1 : 0;
+      before = blue;
+    }
+    pieces = std::max(pieces, here);
+  }
+  EXPECT_GE(pieces, 8);
+  EXPECT_LE(pieces, 4 * 15);  // edges of a pyramid that a row can cross
+}
+
 TEST_F(Drawing, the_same_scene_gives_the_same_picture_in_every_renderer) {
   const Scene scene = test::room_scene();
   const Camera camera = make_camera(scene, View::fit, 4.0f / 3);
@@ -203,6 +278,25 @@ TEST_F(Drawing, the_same_scene_gives_the_same_picture_in_every_renderer) {
   EXPECT_EQ(draw(scene, camera).rgb, first.rgb) << "closing one renderer must not hurt another";
 }
 
+// The border of a picture of a whole room is background; what is in the middle is not, and fills most of it.
+TEST_F(Drawing, simulated_rooms_are_not_clipped_and_fill_the_picture) {
+  const test::SimulatedRoom room = test::simulated_room("simulated:living-room?frames=120&fps=8&width=320&height=240");
+  for (const View view : {View::fit, View::top, View::plan}) {
+    const Image image = draw(room.scene, make_camera(room.scene, view, 4.0f / 3));
+    int x0 = image.width, x1 = 0, y0 = image.height, y1 = 0;
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x) {
+        if (image.at(x, y) == style_.background) continue;
+        x0 = std::min(x0, x), x1 = std::max(x1, x), y0 = std::min(y0, y), y1 = std::max(y1, y);
+      }
+    EXPECT_GE(x0, 6);
+    EXPECT_LE(x1, image.width - 7);
+    EXPECT_GE(y0, 5);
+    EXPECT_LE(y1, image.height - 6);
+    EXPECT_TRUE(x1 - x0 > image.width * 7 / 10 || y1 - y0 > image.height * 7 / 10);
+  }
+}
+
 // The stored picture was looked at: a furnished room from behind three robots. ONEMAP_UPDATE_BASELINES=1 writes it
 // anew.
 TEST_F(Drawing, the_room_looks_as_it_was_approved) {
@@ -210,8 +304,12 @@ TEST_F(Drawing, the_room_looks_as_it_was_approved) {
   style_.width_px = 480;
   style_.height_px = 270;
   style_.shading = Style().shading;
-  for (const auto& [view, name] : {std::pair{View::fit, "fit"}, {View::top, "top"}, {View::follow, "follow"}}) {
-    const Image image = draw(scene, make_camera(scene, view, 16.0f / 9));
+  style_.depth_cues = Style().depth_cues;
+  for (const auto& [view, name] :
+       {std::pair{View::fit, "fit"}, {View::top, "top"}, {View::plan, "plan"}, {View::follow, "follow"}}) {
+    const Camera camera = make_camera(scene, view, 16.0f / 9);
+    Image image = draw(scene, camera);
+    draw_legend(image, scene, camera);
     const std::string path = std::string(ONEMAP_SOURCE_DIR) + "/tests/data/room_" + name + ".png";
     if (std::getenv("ONEMAP_UPDATE_BASELINES") != nullptr) {
       ASSERT_TRUE(write_png(path, image).ok());

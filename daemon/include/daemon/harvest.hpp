@@ -10,6 +10,7 @@
 #include "daemon/radio.hpp"
 #include "daemon/report.hpp"
 #include "daemon/team.hpp"
+#include "render/scene.hpp"
 
 namespace onemap::daemon {
 
@@ -34,6 +35,7 @@ class Harvest {
  private:
   void say_costs() const;
   Status write_trajectories() const;
+  render::Color color_of(const std::string& robot) const;
   std::vector<MapPicture> pictures() const;
   Status draw();
   MapPicture global_picture(const mapping::SolutionRecord& solution) const;

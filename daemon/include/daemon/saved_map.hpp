@@ -14,7 +14,7 @@ namespace onemap::daemon {
 // One robot's way, as its records say it, and where its frame lies in the map's.
 struct SavedPath {
   std::string name;
-  std::uint32_t number = 0;  // decides its colour
+  render::Color color{};
   mapping::QuantizedPose T_map_robot;
   std::vector<mapping::QuantizedPose> poses;      // T_robot_camera of every tracked frame
   std::vector<mapping::QuantizedPose> keyframes;  // T_robot_keyframe

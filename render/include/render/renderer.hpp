@@ -15,10 +15,11 @@ struct Style {
   bool points_only = false;       // draw a mesh's vertices as points
   bool both_sides = false;        // draw surfaces seen from behind too; off: one looks through walls into the room
   float shading = 0.35f;          // 0: the photograph's colours as they are, 1: full light and shadow
-  float point_size_m = 0;         // diameter; 0: from the cloud's own spacing
-  float path_width_px = 3.0f;     // trajectories
+  float depth_cues = 0.6f;        // darker hollows, lines at edges: 0: none, 1: strong
+  float point_size_m = 0;         // side; 0: from the cloud's own spacing, so that it makes a closed surface
+  float path_width_px = 2.6f;     // trajectories; 0: none
   float marker_width_px = 1.25f;  // edges of the camera pyramids
-  float marker_size_m = 0;        // depth of a camera pyramid; 0: from the picture's scale
+  float marker_size_m = 0;        // depth of a camera pyramid; 0: by the distance between them
 };
 
 // Draws scenes. One thread at a time; several renderers in a process are independent.

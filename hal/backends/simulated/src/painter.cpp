@@ -59,6 +59,16 @@ Recipe recipe_of(Style style) {
       return {.003, 140, .16, .15, 24, 40, .012, .09, 75, {180, 140, 100}, .25};
     case Style::outdoors:
       return {.004, 170, .40, 1, 44, 60, .02, .25, 80, {150, 190, 210}, .7};
+    case Style::white_wall:
+      return {.004, 160, .90, 1, 12, 42, .02, .16, 58, {224, 214, 196}, .05};
+    case Style::oak:
+      return {.004, 150, .06, 9, 16, 16, .010, .07, 55, {186, 146, 100}, .04};
+    case Style::light_tiles:
+      return {.004, 160, .25, 1, 14, 34, .015, .12, 65, {196, 192, 182}, .08};
+    case Style::linen:
+      return {.003, 150, .10, 1, 16, 70, .015, .10, 70, {205, 210, 214}, .35};
+    case Style::cream:
+      return {.003, 155, .16, .15, 12, 34, .012, .09, 60, {226, 214, 190}, .12};
   }
   return {};
 }
@@ -161,14 +171,17 @@ void paint_structure(Style style, Canvas& canvas, Random& random) {
   const double w = canvas.width_m(), h = canvas.height_m();
   switch (style) {
     case Style::planks:
+    case Style::oak:
       return paint_planks(canvas, random);
     case Style::tiles:
+    case Style::light_tiles:
       return paint_tiles(canvas, random);
     case Style::carpet:
       return paint_border(canvas, random, .22, 4);
     case Style::cardboard:
       return paint_label(canvas, random);
     case Style::door:
+    case Style::cream:
       return paint_door(canvas, random);
     case Style::book:
       return canvas.fill(0, h * random.range(.1, .6), w, h * random.range(.62, .9), random.range(30, 230));

@@ -23,6 +23,11 @@ enum class Style {
   screen,
   door,
   outdoors,
+  white_wall,
+  oak,
+  light_tiles,
+  linen,
+  cream,
 };
 
 // Paints one surface. The key decides every mark and colour: equal keys give equal surfaces, unlike ones nothing in

@@ -1,6 +1,7 @@
 #include "rooms.hpp"
 
 #include "furniture.hpp"
+#include "house.hpp"
 
 namespace onemap::hal::simulated {
 
@@ -170,6 +171,7 @@ Walk walk_in(SceneName name, std::uint64_t seed) {
   switch (name) {
     case SceneName::living_room:
     case SceneName::storage:
+    case SceneName::house:  // has a way of its own: pose_in_house()
       break;
     case SceneName::office:
       walk.half_x_m = 1.3;
@@ -203,6 +205,9 @@ Scene build_scene(SceneName name, std::uint64_t seed) {
       break;
     case SceneName::corridor:
       corridor(b);
+      break;
+    case SceneName::house:
+      house(b);
       break;
   }
   return b.take();

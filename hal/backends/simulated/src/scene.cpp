@@ -23,7 +23,7 @@ Vec3 SceneBuilder::turned(Vec3 p) const { return {cos_ * p.x - sin_ * p.y, sin_ 
 
 std::size_t SceneBuilder::add_texture(Style style, double width_m, double height_m, double light) {
   const std::uint64_t key = repeated_ ? hash(*repeated_, ++repeated_surfaces_) : hash(key_, 1000 + ++surfaces_);
-  scene_.textures.push_back(paint(style, key, width_m, height_m, light));
+  scene_.textures.push_back(paint(style, key, width_m, height_m, light_ * light));
   return scene_.textures.size() - 1;
 }
 

@@ -61,6 +61,8 @@ class SceneBuilder {
   void turned_box(Vec3 foot, Vec3 size, double turns, Style style);
   void tube(Vec3 foot, double radius, double height, Style style, bool lid);
   void ball(Vec3 centre, double radius, Style style);
+  // How bright the light is that falls on what is added from now on; 1 at first.
+  void light(double factor) { light_ = factor; }
   // The next surfaces are painted with this key and a count from it instead of a fresh one each: they look alike.
   void repeat(std::optional<std::uint64_t> key);
 
@@ -77,7 +79,7 @@ class SceneBuilder {
   std::uint64_t repeated_surfaces_ = 0;
   Random random_;
   Vec3 place_;
-  double cos_ = 1, sin_ = 0, turns_ = 0;
+  double cos_ = 1, sin_ = 0, turns_ = 0, light_ = 1;
   Scene scene_;
 };
 

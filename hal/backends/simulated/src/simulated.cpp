@@ -5,6 +5,7 @@
 #include <cassert>
 
 #include "caster.hpp"
+#include "house.hpp"
 #include "options.hpp"
 #include "rooms.hpp"
 #include "sensor.hpp"
@@ -18,6 +19,7 @@ using namespace simulated;
 
 CameraPose pose_at(const Walk& walk, const Options& options, std::uint64_t frame) {
   const double time_s = static_cast<double>(frame) / options.fps;
+  if (options.scene == SceneName::house) return pose_in_house(options.robot, options.seed, time_s);
   return pose_on_walk(walk, options.robot, options.robots, options.seed, time_s);
 }
 

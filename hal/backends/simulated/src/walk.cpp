@@ -4,16 +4,6 @@
 
 namespace onemap::hal::simulated {
 
-namespace {
-
-// A hand's unrest: a slow and a quick sine with phases of their own.
-struct Sway {
-  double slow, slow_hz, quick, quick_hz, phase_a, phase_b;
-  double at(double t) const {
-    return slow * sin_turns(slow_hz * t + phase_a) + quick * sin_turns(quick_hz * t + phase_b);
-  }
-};
-
 Sway sway(Random& random, double slow, double slow_hz, double quick, double quick_hz) {
   return {slow,
           slow_hz * random.range(0.85, 1.15),
@@ -29,8 +19,6 @@ CameraPose looking(Vec3 position, double yaw, double pitch, double roll) {
   const double cr = cos_turns(roll), sr = sin_turns(roll);
   return {cr * right + sr * down, cr * down - sr * right, forward, position};
 }
-
-}  // namespace
 
 CameraPose pose_on_walk(const Walk& walk, int robot, int robots, std::uint64_t seed, double time_s) {
   constexpr double kDegree = 1.0 / 360;

@@ -1,0 +1,40 @@
+#pragma once
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hal/base/result.hpp"
+#include "render/renderer.hpp"
+#include "render/scene.hpp"
+
+namespace onemap::render {
+
+// The paper's figure 10: the maps of a team beside each other, each with its title and the number of its triangles, in
+// one picture of the style's size. One row while the tiles are no narrower than high, else as even a grid as there is.
+// No map: an error.
+Result<Image> draw_side_by_side(Renderer& renderer, std::span<const Scene> maps, const Style& style);
+
+// Who is in a team, and who verified what of whom.
+struct TeamPicture {
+  struct Robot {
+    std::string name;
+    Color color{};
+    std::uint64_t keyframes = 0;
+    bool in_map = false;
+  };
+  struct Link {
+    std::size_t a = 0, b = 0;  // of robots
+    bool accepted = false;
+    std::uint64_t inliers = 0;  // matched features that agree
+    std::string reason;         // of a refused one: "too few matches"
+  };
+  std::vector<Robot> robots;
+  std::vector<Link> links;
+  std::string reference;  // the robot in whose frame the map is; empty: none yet
+};
+
+// The team as a picture: robots on a circle, links between them (accepted ones as thick as they have inliers, refused
+// ones broken), beside it the same as a list in words. Links of robots that are not there are left out.
+Image draw_team(const TeamPicture& team, int width_px = 1280, int height_px = 720);
+
+}  // namespace onemap::render

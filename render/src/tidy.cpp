@@ -1,0 +1,136 @@
+#include "render/tidy.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <numeric>
+#include <vector>
+
+namespace onemap::render {
+namespace {
+
+using mapping::TriangleMesh;
+constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+constexpr int kRings = 8;  // how far colour spreads
+
+bool possible(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
+  return std::ranges::all_of(triangle, [&](std::uint32_t i) { return i < mesh.vertices.size(); });
+}
+
+// Disjoint sets of vertices with path halving.
+class Pieces {
+ public:
+  explicit Pieces(const TriangleMesh& mesh) : parent_(mesh.vertices.size()), size_(mesh.vertices.size(), 0) {
+    std::iota(parent_.begin(), parent_.end(), 0u);
+    for (const auto& triangle : mesh.triangles) {
+      if (!possible(mesh, triangle)) continue;
+      join(triangle[0], triangle[1]);
+      join(triangle[0], triangle[2]);
+    }
+    for (std::uint32_t i = 0; i < parent_.size(); ++i) ++size_[root(i)];
+  }
+  std::size_t size_of(std::uint32_t vertex) { return size_[root(vertex)]; }
+  std::size_t largest() const { return size_.empty() ? 0 : *std::max_element(size_.begin(), size_.end()); }
+
+ private:
+  std::uint32_t root(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(std::uint32_t a, std::uint32_t b) {
+    a = root(a);
+    b = root(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+  std::vector<std::uint32_t> parent_, size_;
+};
+
+// Where each vertex goes; kNone: nowhere.
+std::vector<std::uint32_t> new_places(const TriangleMesh& mesh, std::size_t smallest_piece) {
+  Pieces pieces(mesh);
+  const std::size_t least = std::min(smallest_piece, pieces.largest());
+  std::vector<std::uint32_t> used(mesh.vertices.size(), 0);
+  for (const auto& triangle : mesh.triangles) {
+    if (!possible(mesh, triangle)) continue;
+    for (const std::uint32_t i : triangle) used[i] = 1;
+  }
+  std::vector<std::uint32_t> places(mesh.vertices.size(), kNone);
+  std::uint32_t next = 0;
+  for (std::uint32_t i = 0; i < places.size(); ++i)
+    if (used[i] != 0 && pieces.size_of(i) >= least) places[i] = next++;
+  return places;
+}
+
+template <class T>
+std::vector<T> kept(const std::vector<T>& values, const std::vector<std::uint32_t>& places) {
+  std::vector<T> out;
+  if (values.size() != places.size()) return values;  // none, or a torn mesh: whoever draws or writes it says so
+  out.reserve(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (places[i] != kNone) out.push_back(values[i]);
+  return out;
+}
+
+bool black(const mapping::Rgb& c) { return (c[0] | c[1] | c[2]) == 0; }
+
+struct Sum {
+  std::array<std::uint32_t, 3> rgb{};
+  std::uint32_t count = 0;
+  void add(const mapping::Rgb& c) {
+    for (std::size_t i = 0; i < 3; ++i) rgb[i] += c[i];
+    ++count;
+  }
+  mapping::Rgb mean() const {
+    mapping::Rgb out{};
+    for (std::size_t i = 0; i < 3; ++i) out[i] = static_cast<std::uint8_t>((rgb[i] + count / 2) / count);
+    return out;
+  }
+};
+
+// One ring further; says whether anything changed.
+bool spread(TriangleMesh& mesh, std::vector<Sum>& sums) {
+  for (const auto& triangle : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (!black(mesh.colors[triangle[k]])) continue;
+      for (const std::size_t other : {(k + 1) % 3, (k + 2) % 3})
+        if (!black(mesh.colors[triangle[other]])) sums[triangle[k]].add(mesh.colors[triangle[other]]);
+    }
+  }
+  bool changed = false;
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    if (sums[i].count == 0) continue;
+    mesh.colors[i] = sums[i].mean();
+    sums[i] = {};
+    changed = true;
+  }
+  return changed;
+}
+
+}  // namespace
+
+TriangleMesh without_crumbs(const TriangleMesh& mesh, std::size_t smallest_piece) {
+  if (mesh.triangles.empty()) return mesh;
+  const std::vector<std::uint32_t> places = new_places(mesh, smallest_piece);
+  TriangleMesh out{kept(mesh.vertices, places), kept(mesh.normals, places), kept(mesh.colors, places), {}};
+  out.triangles.reserve(mesh.triangles.size());
+  for (const auto& t : mesh.triangles)
+    if (possible(mesh, t) && places[t[0]] != kNone) out.triangles.push_back({places[t[0]], places[t[1]], places[t[2]]});
+  return out;
+}
+
+void colour_black_vertices(TriangleMesh& mesh) {
+  if (mesh.colors.size() != mesh.vertices.size()) return;
+  if (!std::ranges::all_of(mesh.triangles, [&](const auto& t) { return possible(mesh, t); })) return;
+  if (std::ranges::none_of(mesh.colors, black)) return;
+  std::vector<Sum> sums(mesh.colors.size());
+  for (int ring = 0; ring < kRings && spread(mesh, sums); ++ring) {
+  }
+}
+
+TriangleMesh tidied(const TriangleMesh& mesh, std::size_t smallest_piece) {
+  TriangleMesh out = without_crumbs(mesh, smallest_piece);
+  colour_black_vertices(out);
+  return out;
+}
+
+}  // namespace onemap::render

@@ -1,0 +1,86 @@
+#include "render/drawing.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "render/figures.hpp"
+
+namespace onemap::render {
+namespace {
+
+constexpr Color kWhite{255, 255, 255}, kBlack{0, 0, 0};
+
+Image written(const std::string& text) {
+  Image image(static_cast<int>(text_width_px(text, 24)) + 20, 48, kWhite);
+  draw_text(image, {10, 34}, text, 24, kBlack);
+  return image;
+}
+
+TEST(Drawing2d, every_character_is_legible_and_no_two_are_alike) {
+  std::set<std::string> seen;
+  for (char c = '!'; c <= '~'; ++c) {
+    Image image(60, 48, kWhite);
+    draw_text(image, {10, 34}, std::string(1, c), 24, kBlack);
+    std::size_t ink = 0;
+    for (const std::uint8_t v : image.rgb) ink += v < 128 ? 1 : 0;
+    EXPECT_GT(ink, 15u) << c;
+    EXPECT_TRUE(seen.insert(std::string(image.rgb.begin(), image.rgb.end())).second) << c;
+  }
+}
+
+TEST(Drawing2d, text_stays_within_its_width_and_height) {
+  for (const std::string text : {"robot1", "1 234 567 triangles", "Qgjpy|", "\xc3\xa9"}) {
+    const Image image = written(text);
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x) {
+        const bool outside = x < 7 || x > image.width - 8 || y < 34 - 24 - 3 || y > 34 + 8 + 3;
+        ASSERT_TRUE(!outside || image.at(x, y) == kWhite) << text << " at " << x << ", " << y;
+      }
+  }
+  EXPECT_EQ(text_width_px("", 20), 0);
+  EXPECT_GT(text_width_px("robot", 20), text_width_px("robo", 20));
+}
+
+TEST(Drawing2d, shapes_reach_over_the_rim_without_harm) {
+  Image image(20, 10, kWhite);
+  fill_rectangle(image, -5, -5, 8, 8, kBlack);
+  EXPECT_EQ(image.at(2, 2), kBlack);
+  EXPECT_EQ(image.at(3, 3), kWhite);
+  fill_disc(image, {19, 9}, 3, kBlack);
+  EXPECT_EQ(image.at(19, 9), kBlack);
+  draw_line(image, {-50, 5}, {50, 5}, {255, 0, 0}, 1);
+  EXPECT_EQ(image.at(10, 5), (Color{255, 0, 0}));
+  paste(image, Image(4, 4, {0, 255, 0}), 18, -2);
+  EXPECT_EQ(image.at(19, 0), (Color{0, 255, 0}));
+  EXPECT_EQ(image.at(17, 0), kWhite);
+}
+
+TEST(TeamPicture, shows_robots_links_and_reasons_and_survives_what_is_not_there) {
+  TeamPicture team;
+  for (const std::string name : {"robot1", "robot2", "robot3"})
+    team.robots.push_back({name, robot_color(team.robots.size()), 30, true});
+  team.robots[2].in_map = false;
+  const Image alone = draw_team(team, 800, 450);
+  team.links = {{0, 1, true, 420, ""}, {1, 2, false, 3, "too few matches"}, {1, 9, true, 1, ""}};
+  team.reference = "robot1";
+  const Image linked = draw_team(team, 800, 450);
+  ASSERT_EQ(linked.width, 800);
+  const auto count = [](const Image& image, auto&& is) {
+    std::size_t n = 0;
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x) n += is(image.at(x, y)) ? 1 : 0;
+    return n;
+  };
+  const auto green = [](Color c) { return c[1] > c[0] + 50 && c[1] > c[2] + 30; };
+  const auto first = [](Color c) { return c == robot_color(0); };
+  EXPECT_GT(count(linked, green), count(alone, green) + 200);
+  EXPECT_GT(count(linked, first), 300u);
+  EXPECT_EQ(draw_team({}, 320, 180).rgb.size(), 3u * 320 * 180);
+  for (int i = 0; i < 40; ++i)
+    team.links.push_back({0, 2, false, 1, "a reason that is as long as reasons can be, and longer"});
+  EXPECT_EQ(draw_team(team, 320, 180).height, 180);
+}
+
+}  // namespace
+}  // namespace onemap::render
