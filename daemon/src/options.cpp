@@ -16,7 +16,7 @@ struct Given {
   std::vector<std::string> peers;
   double linger_s = 0;
   int matches_picture = 0;
-  bool once = false;
+  bool once = false, cameras = false;
 };
 
 std::string footer() {
@@ -35,7 +35,9 @@ std::string footer() {
 }
 
 void declare(CLI::App& app, Given& given) {
-  app.add_option("--camera", given.camera, "camera address, for example replay:DIR")->type_name("ADDRESS");
+  app.add_option("--camera", given.camera, "camera address, for example replay:DIR; auto: the best that is there")
+      ->type_name("ADDRESS");
+  app.add_flag("--cameras", given.cameras, "list the cameras of this machine, and why one cannot be used");
   app.add_option("--config", given.config, "TOML file; the command line goes over it")->type_name("FILE");
   app.add_option("--id", given.id, "name of this robot, unique in the team")->type_name("NAME");
   app.add_option("--listen", given.listen, "UDP address to listen at; port 0: any")->type_name("ADDR:PORT");
@@ -92,6 +94,7 @@ Parsed<Config> parse_daemon_options(const std::vector<std::string>& arguments) {
   } catch (const CLI::ParseError& error) {
     return {std::nullopt, Exit::usage, std::string(error.what()) + "\nonemapd --help says what there is\n"};
   }
+  if (given.cameras) return {std::nullopt, Exit::done, cameras_text(hal::list_cameras(camera_backends()))};
   Config config;
   Status status = given.config.empty() ? success() : load_config(given.config, config);
   if (status) status = apply(app, given, config);
