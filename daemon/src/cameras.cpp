@@ -1,5 +1,7 @@
 #include "daemon/cameras.hpp"
 
+#include <fmt/format.h>
+
 #include <array>
 
 #include "hal/backends/replay.hpp"
@@ -20,5 +22,17 @@ constexpr std::array kBackends{
 }  // namespace
 
 std::span<const hal::Backend> camera_backends() { return kBackends; }
+
+std::string cameras_text(std::span<const hal::CameraInfo> cameras) {
+  std::string text, best;
+  for (const hal::CameraInfo& camera : cameras) {
+    text += fmt::format("{}\n  {}\n", camera.address, camera.description);
+    if (!camera.abilities.empty()) text += fmt::format("  {}\n", camera.abilities);
+    if (!camera.problem.empty()) text += fmt::format("  cannot be used: {}\n", camera.problem);
+    if (camera.problem.empty() && best.empty()) best = camera.address;
+  }
+  if (cameras.empty()) return "no camera found on this machine; recordings and simulations are named, see --help\n";
+  return text + (best.empty() ? "none of them can be used\n" : fmt::format("auto is {}\n", best));
+}
 
 }  // namespace onemap::daemon

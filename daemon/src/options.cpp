@@ -46,7 +46,7 @@ struct Given {
 struct CommandLine {
   std::string config;
   CLI::Option* config_given = nullptr;
-  bool help_config = false;
+  bool help_config = false, cameras = false;
   std::deque<Given> options;  // CLI11 keeps pointers into it
 };
 
@@ -86,6 +86,7 @@ void declare(CLI::App& app, CommandLine& line) {
   }
   line.config_given = app.add_option("--config", line.config, "TOML file; the command line goes over it");
   line.config_given->type_name("FILE");
+  app.add_flag("--cameras", line.cameras, "list the cameras of this machine, and why one cannot be used");
   app.add_flag("--help-config", line.help_config, "print a commented configuration with every key, and exit");
   app.footer(footer());
 }
@@ -138,6 +139,7 @@ Parsed<Config> parse_daemon_options(const std::vector<std::string>& arguments) {
   declare(app, line);
   if (auto ending = parse_command_line(app, arguments)) return {std::move(*ending), std::nullopt};
   if (line.help_config) return {{Exit::done, config_text({})}, std::nullopt};
+  if (line.cameras) return {{Exit::done, cameras_text(hal::list_cameras(camera_backends()))}, std::nullopt};
   Config config;
   if (auto status = read(line, config); !status)
     return {{Exit::usage, complaint(kProgram, status.error().text())}, std::nullopt};

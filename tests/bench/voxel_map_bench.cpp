@@ -62,7 +62,7 @@ const Recording& recording() {
 }
 
 void fuse(VoxelMap& map, const RayTable& rays, const PosedFrame& frame) {
-  map.integrate({{}, 0, &recording().intrinsics, frame.rgb, frame.depth}, rays, frame.T_world_camera);
+  map.integrate({{}, {}, 0, &recording().intrinsics, frame.rgb, frame.depth}, rays, frame.T_world_camera);
 }
 
 const VoxelMap& fused() {

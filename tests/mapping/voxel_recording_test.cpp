@@ -67,7 +67,7 @@ TEST(VoxelRecording, SurfacePredictsUnseenImagesNoWorseThanOtherImagesDo) {
   const auto frames = load(recording, 0, 20), held_out = load(recording, 10, 100);
   ASSERT_GE(held_out.size(), 5u);
   VoxelMap map{VoxelMapConfig{}};
-  for (const Posed& frame : frames) map.integrate({{}, 0, &k, {}, frame.depth}, rays, frame.T_world_camera);
+  for (const Posed& frame : frames) map.integrate({{}, {}, 0, &k, {}, frame.depth}, rays, frame.T_world_camera);
   EXPECT_EQ(map.counters().blocks_refused, 0u);
   std::vector<Vector3d> surface;
   for (const Vector3f& v : extract_mesh(map, 16).vertices) surface.push_back(v.cast<double>());

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
+#include <cstdint>
 
 #include "hal/imaging/image_size.hpp"
 #include "hal/imaging/lens.hpp"
@@ -31,12 +31,75 @@ float widest_ray(const Intrinsics& k) {
   return static_cast<float>(1.1 * widest);
 }
 
-// The range of pixel centres between two places in the image, cut at its sides. Both are finite.
-void centres_between(float a, float b, int size, int& first, int& end) {
-  const float low = std::clamp(std::min(a, b) - kMargin_px, 0.0f, static_cast<float>(size));
-  const float high = std::clamp(std::max(a, b) + kMargin_px, 0.0f, static_cast<float>(size));
-  first = static_cast<int>(std::ceil(low));
-  end = static_cast<int>(std::ceil(high));
+// The pixel centres within half of a middle, cut at the image's side: [first, end). No branch and no call, so that the
+// compiler makes vectors of it.
+void centres_around(float middle, float half, float size, std::int32_t& first, std::int32_t& end) {
+  const float low = std::min(std::max(middle - half, 0.0f), size);
+  const float high = std::min(std::max(middle + half, 0.0f), size);
+  const auto low_whole = static_cast<std::int32_t>(low), high_whole = static_cast<std::int32_t>(high);
+  first = low_whole + (static_cast<float>(low_whole) < low ? 1 : 0);
+  end = high_whole + (static_cast<float>(high_whole) < high ? 1 : 0);
+}
+
+// The lens of the colour camera in single precision, as lens.hpp has it.
+struct ColourLens {
+  explicit ColourLens(const Intrinsics& k)
+      : fx(static_cast<float>(k.fx)),
+        fy(static_cast<float>(k.fy)),
+        cx(static_cast<float>(k.cx)),
+        cy(static_cast<float>(k.cy)),
+        k1(static_cast<float>(k.k1)),
+        k2(static_cast<float>(k.k2)),
+        p1(static_cast<float>(k.p1)),
+        p2(static_cast<float>(k.p2)),
+        k3(static_cast<float>(k.k3)) {}
+  float fx, fy, cx, cy, k1, k2, p1, p2, k3;
+
+  // Where a ray (x, y, 1) is imaged, and whether the lens says so: 1 or 0.
+  template <bool distorted>
+  float image(float x, float y, float widest, float& u, float& v) const {
+    if constexpr (distorted) {
+      const float r2 = x * x + y * y, grown = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
+      u = fx * (x * grown + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)) + cx;
+      v = fy * (y * grown + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y) + cy;
+      return r2 <= widest ? 1.0f : 0.0f;
+    } else {
+      u = fx * x + cx;
+      v = fy * y + cy;
+      return 1.0f;
+    }
+  }
+};
+
+// What a row needs, and where it goes.
+struct RowInput {
+  const std::uint16_t* depth;
+  const float *ray_x, *ray_y, *ray_z;
+  std::array<float, 3> t_m;
+  float metres, scale;     // metres of a depth value; colour's depth values of a metre
+  float finer_u, finer_v;  // colour pixels of a depth pixel at the same distance
+  float widest;
+  float nearest_m;
+};
+
+// No branch and no call in the loop, so that the compiler makes vectors of it: what is no place in the image gets value
+// 0.
+template <bool distorted>
+void place_row(const ColourLens& lens, const RowInput& in, std::size_t n, float* __restrict u, float* __restrict v,
+               float* __restrict half_u, float* __restrict half_v, float* __restrict value) {
+  // Not the constant itself: the compiler would know its inverse, and take a branch for it.
+  const float nearest = in.nearest_m;
+  const float tx = in.t_m[0], ty = in.t_m[1], tz = in.t_m[2];
+  const float half_finer_u = 0.5f * in.finer_u, half_finer_v = 0.5f * in.finer_v;
+  for (std::size_t i = 0; i < n; ++i) {
+    const float z_m = static_cast<float>(in.depth[i]) * in.metres;
+    const float x = in.ray_x[i] * z_m + tx, y = in.ray_y[i] * z_m + ty, z = in.ray_z[i] * z_m + tz;
+    const float inverse = 1 / (z > nearest ? z : nearest);
+    const float known = lens.image<distorted>(x * inverse, y * inverse, in.widest, u[i], v[i]);
+    half_u[i] = half_finer_u * (z_m * inverse) + kMargin_px;
+    half_v[i] = half_finer_v * (z_m * inverse) + kMargin_px;
+    value[i] = known * (z * in.scale + 0.5f);
+  }
 }
 
 }  // namespace
@@ -48,66 +111,79 @@ DepthRegistration::DepthRegistration(const Intrinsics& depth, const Intrinsics& 
       distorted_(has_distortion(colour)),
       widest_(widest_ray(colour)) {
   const auto& r = pose.rotation;
-  corners_.reserve(static_cast<std::size_t>(depth.width + 1) * static_cast<std::size_t>(depth.height + 1));
-  for (int v = 0; v <= depth.height; ++v)
-    for (int u = 0; u <= depth.width; ++u) {
-      const Point ray = ray_of(depth, {u - 0.5, v - 0.5});
-      corners_.push_back({static_cast<float>(r[0] * ray.x + r[1] * ray.y + r[2]),
-                          static_cast<float>(r[3] * ray.x + r[4] * ray.y + r[5]),
-                          static_cast<float>(r[6] * ray.x + r[7] * ray.y + r[8])});
+  for (std::vector<float>* rays : {&ray_x_, &ray_y_, &ray_z_}) rays->reserve(size_of(depth).pixels());
+  for (int v = 0; v < depth.height; ++v)
+    for (int u = 0; u < depth.width; ++u) {
+      const Point ray = ray_of(depth, {static_cast<double>(u), static_cast<double>(v)});
+      ray_x_.push_back(static_cast<float>(r[0] * ray.x + r[1] * ray.y + r[2]));
+      ray_y_.push_back(static_cast<float>(r[3] * ray.x + r[4] * ray.y + r[5]));
+      ray_z_.push_back(static_cast<float>(r[6] * ray.x + r[7] * ray.y + r[8]));
     }
+  const auto width = static_cast<std::size_t>(depth.width);
+  for (std::vector<float>* column : {&row_.u, &row_.v, &row_.half_u, &row_.half_v, &row_.value}) column->resize(width);
+  Footprints& f = footprints_;
+  for (std::vector<std::int32_t>* column : {&f.u0, &f.v0, &f.u1, &f.v1, &f.value}) column->resize(width);
 }
 
-bool DepthRegistration::project(const Corner& corner, float z_m, float& u, float& v) const {
-  const float x = corner.x * z_m + t_m_[0], y = corner.y * z_m + t_m_[1], z = corner.z * z_m + t_m_[2];
-  if (!(z > kNearest_m)) return false;
-  const float inverse = 1 / z, ray_x = x * inverse, ray_y = y * inverse;
-  if (!(ray_x * ray_x + ray_y * ray_y <= widest_)) return false;
-  if (distorted_) {
-    const Point pixel = pixel_of(colour_, {ray_x, ray_y});
-    u = static_cast<float>(pixel.x);
-    v = static_cast<float>(pixel.y);
-  } else {
-    u = static_cast<float>(colour_.fx) * ray_x + static_cast<float>(colour_.cx);
-    v = static_cast<float>(colour_.fy) * ray_y + static_cast<float>(colour_.cy);
+void DepthRegistration::place(std::size_t row, std::span<const std::uint16_t> depth) {
+  const std::size_t at = row * depth.size();
+  const RowInput in{depth.data(),
+                    &ray_x_[at],
+                    &ray_y_[at],
+                    &ray_z_[at],
+                    t_m_,
+                    static_cast<float>(1 / depth_.depth_scale),
+                    static_cast<float>(colour_.depth_scale),
+                    static_cast<float>(colour_.fx / depth_.fx),
+                    static_cast<float>(colour_.fy / depth_.fy),
+                    widest_,
+                    kNearest_m};
+  const auto run = distorted_ ? place_row<true> : place_row<false>;
+  run(ColourLens(colour_), in, depth.size(), row_.u.data(), row_.v.data(), row_.half_u.data(), row_.half_v.data(),
+      row_.value.data());
+}
+
+void DepthRegistration::cover() {
+  const auto width = static_cast<float>(colour_.width), height = static_cast<float>(colour_.height);
+  Footprints& f = footprints_;
+  for (std::size_t i = 0; i < f.value.size(); ++i) {
+    centres_around(row_.u[i], row_.half_u[i], width, f.u0[i], f.u1[i]);
+    centres_around(row_.v[i], row_.half_v[i], height, f.v0[i], f.v1[i]);
+    f.value[i] = static_cast<std::int32_t>(std::min(std::max(row_.value[i], 0.0f), 65536.0f));
   }
-  return true;
 }
 
-bool DepthRegistration::cover(const Corner& first, const Corner& last, float z_m, Footprint& out) const {
-  float u0, v0, u1, v1;
-  if (!project(first, z_m, u0, v0) || !project(last, z_m, u1, v1)) return false;
-  centres_between(u0, u1, colour_.width, out.u0, out.u1);
-  centres_between(v0, v1, colour_.height, out.v0, out.v1);
-  if (out.u0 >= out.u1 || out.v0 >= out.v1) return false;
-  if (out.u1 - out.u0 > kWidest_px || out.v1 - out.v0 > kWidest_px) return false;
-  const float value = (0.5f * (first.z + last.z) * z_m + t_m_[2]) * static_cast<float>(colour_.depth_scale) + 0.5f;
-  if (!(value >= 1 && value < 65536)) return false;
-  out.value = static_cast<std::uint16_t>(value);
-  return true;
-}
-
-DepthRegistration::Counts DepthRegistration::apply(std::span<const std::uint16_t> depth,
-                                                   std::span<std::uint16_t> registered) const {
-  assert(depth.size() == size_of(depth_).pixels() && registered.size() == size_of(colour_).pixels());
-  Counts counts;
-  std::fill(registered.begin(), registered.end(), std::uint16_t{0});
-  const float metres = static_cast<float>(1 / depth_.depth_scale);
-  const auto width = static_cast<std::size_t>(depth_.width), columns = static_cast<std::size_t>(colour_.width);
+void DepthRegistration::keep_nearest(std::span<const std::uint16_t> depth, std::span<std::uint16_t> registered,
+                                     Counts& counts) const {
+  const Footprints& f = footprints_;
+  const auto columns = static_cast<std::size_t>(colour_.width);
+  const int least = std::max(1, static_cast<int>(kNearest_m * static_cast<float>(colour_.depth_scale) + 0.5f) + 1);
   for (std::size_t i = 0; i < depth.size(); ++i) {
     if (depth[i] == 0) continue;
     ++counts.readings;
-    const Corner* first = &corners_[i + i / width];  // a row has one corner more than pixels
-    Footprint f;
-    if (!cover(*first, first[width + 2], static_cast<float>(depth[i]) * metres, f)) {
+    const int wide = f.u1[i] - f.u0[i], high = f.v1[i] - f.v0[i], value = f.value[i];
+    if (wide < 1 || high < 1 || wide > kWidest_px || high > kWidest_px || value < least || value > 65535) {
       ++counts.outside;
       continue;
     }
-    for (int v = f.v0; v < f.v1; ++v)
-      for (int u = f.u0; u < f.u1; ++u) {
-        std::uint16_t& pixel = registered[static_cast<std::size_t>(v) * columns + static_cast<std::size_t>(u)];
-        if (pixel == 0 || f.value < pixel) pixel = f.value;
-      }
+    std::uint16_t* pixel = &registered[static_cast<std::size_t>(f.v0[i]) * columns + static_cast<std::size_t>(f.u0[i])];
+    for (int v = 0; v < high; ++v, pixel += columns)
+      for (int u = 0; u < wide; ++u)
+        if (pixel[u] == 0 || value < pixel[u]) pixel[u] = static_cast<std::uint16_t>(value);
+  }
+}
+
+DepthRegistration::Counts DepthRegistration::apply(std::span<const std::uint16_t> depth,
+                                                   std::span<std::uint16_t> registered) {
+  assert(depth.size() == size_of(depth_).pixels() && registered.size() == size_of(colour_).pixels());
+  Counts counts;
+  std::fill(registered.begin(), registered.end(), std::uint16_t{0});
+  const auto width = static_cast<std::size_t>(depth_.width);
+  for (std::size_t row = 0; row < static_cast<std::size_t>(depth_.height); ++row) {
+    const auto readings = depth.subspan(row * width, width);
+    place(row, readings);
+    cover();
+    keep_nearest(readings, registered, counts);
   }
   return counts;
 }

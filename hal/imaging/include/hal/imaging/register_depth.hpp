@@ -30,25 +30,30 @@ class DepthRegistration {
         0;  // of them, those that give the colour image nothing: beside it, behind it, too far, between its pixels
   };
   // depth: as the depth camera's size, 0 = no reading. registered: as the colour image's size, all of it written.
-  Counts apply(std::span<const std::uint16_t> depth, std::span<std::uint16_t> registered) const;
+  Counts apply(std::span<const std::uint16_t> depth, std::span<std::uint16_t> registered);
 
  private:
-  struct Corner {
-    float x, y, z;  // the ray through a corner between four pixels, turned into the colour camera's frame
+  // Where the readings of a row are in the colour image (their middles, and half of what they cover), in pixels, and
+  // their depth there, in colour's unit; 0: nowhere.
+  struct Row {
+    std::vector<float> u, v, half_u, half_v, value;
   };
-  struct Footprint {
-    int u0, v0, u1, v1;  // pixels [u0, u1) x [v0, v1)
-    std::uint16_t value;
+  // The same as pixels: [u0, u1) x [v0, v1). Empty: nothing.
+  struct Footprints {
+    std::vector<std::int32_t> u0, v0, u1, v1, value;
   };
-  bool project(const Corner& corner, float z_m, float& u, float& v) const;
-  bool cover(const Corner& first, const Corner& last, float z_m, Footprint& out) const;
+  void place(std::size_t row, std::span<const std::uint16_t> depth);
+  void cover();
+  void keep_nearest(std::span<const std::uint16_t> depth, std::span<std::uint16_t> registered, Counts& counts) const;
 
   const Intrinsics depth_, colour_;
   const std::array<float, 3> t_m_;
   const bool distorted_;
   const float
       widest_;  // squared distance of the colour image's farthest ray from the axis: the lens says nothing beyond
-  std::vector<Corner> corners_;  // (width + 1) x (height + 1)
+  std::vector<float> ray_x_, ray_y_, ray_z_;  // a pixel's ray, turned into the colour camera's frame
+  Row row_;
+  Footprints footprints_;
 };
 
 }  // namespace onemap::hal::imaging
