@@ -18,6 +18,7 @@ std::vector<std::vector<RobotId>> islands(std::span<const RobotId> robots, std::
   std::map<RobotId, std::vector<RobotId>> by_name;
   for (const auto& [robot, island] : name) by_name[island].push_back(robot);
   std::vector<std::vector<RobotId>> out;
+  out.reserve(by_name.size());
   for (auto& [island, members] : by_name) out.push_back(std::move(members));
   std::stable_sort(out.begin(), out.end(), [](const auto& x, const auto& y) { return x.size() > y.size(); });
   return out;
