@@ -131,7 +131,12 @@ TEST(KeyframeMap, TheReferenceIsTheKeyframeThatSharesMostLandmarks) {
 
 TEST(KeyframeMap, WhatMadeRoomIsForgottenByTheFrameThatNeededIt) {
   Room room({10, 80, 0.1, 8});  // 400 landmarks: five frames without common ones
-  for (int i = 0; i < 10; ++i) room.add(i, room.see(i));
+  room.add(0, room.see(0));
+  const std::vector<std::int32_t> of_first = room.map.reference().features.landmark;
+  for (int i = 1; i < 9; ++i) room.add(i, room.see(i));
+  FeatureFrame last = room.see(9);
+  last.landmark = of_first;  // it knows what only the first keyframe sees, which goes to make room for it
+  room.add(9, last);
   EXPECT_GT(room.map.landmarks().evicted(), 0u);
   EXPECT_EQ(room.map.made(), 10u);
   for (const std::int32_t id : room.map.reference().features.landmark)
