@@ -185,7 +185,8 @@ Exit App::verdict(End end, const Status& written) {
     for (const std::string& peer : radio.peers_never_heard) log_.line("peer {} was never heard", peer);
     const std::set<RobotId> cut_short = team_->view().cut_short;
     if (!cut_short.empty()) log_.line("the map is without the rest of {}: silent to the end", names(cut_short));
-    complete = complete && standing_.agreed && radio.peers_never_heard.empty() && cut_short.empty();
+    complete = complete && standing_.agreed && radio.peers_never_heard.empty() && radio.id_also_used_at.empty() &&
+               cut_short.empty();
     if (!standing_.agreed && !standing_.waiting.empty()) log_.line("{}", standing_.waiting);
   }
   log_.line("{}; everything is in {}", complete ? "done" : "unfinished", config_.out);
@@ -210,7 +211,7 @@ RobotStatus App::status() const {
     s.robots_finished = team.robots_finished;
     s.robots_in_map = team.robots_in_map;
     s.frontier_digest = radio.frontier_digest;
-    s.refused = radio.refused;
+    s.refused = refusals(team, radio);
     s.waiting = standing_.waiting;
     s.stuck = standing_.stuck;
     settled = settled && team.settled;

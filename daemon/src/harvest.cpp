@@ -4,6 +4,7 @@
 
 #include "daemon/clock.hpp"
 #include "daemon/saved_map.hpp"
+#include "daemon/standing.hpp"
 #include "daemon/team_picture.hpp"
 #include "render/png_writer.hpp"
 
@@ -135,7 +136,7 @@ Report Harvest::report() const {
     const RadioView radio = from_.radio->view();
     robot.bytes_sent = radio.bytes_sent;
     robot.bytes_received = radio.bytes_received;
-    robot.refused = radio.refused;
+    robot.refused = refusals(team, radio);
   } else {
     report.same_map = true;
     report.reference = config_.id;

@@ -3,15 +3,8 @@
 #include <fmt/format.h>
 
 #include "daemon/clock.hpp"
-#include "mapping/team/atlas.hpp"
 
 namespace onemap::daemon {
-
-namespace {
-constexpr std::uint64_t kSubmapInterval = 15;  // integrations between two looks for settled blocks
-constexpr std::size_t kSubmapBlocks = 256;
-constexpr std::uint64_t kSubmapMinAge = 10;  // integrations without a change after which a block is published
-}  // namespace
 
 Pipeline::Pipeline(const Config& config, const hal::Intrinsics& intrinsics, BlockingQueue<hal::Frame>& frames,
                    Outbox outbox, Failures& failures, Log& log)
@@ -53,7 +46,7 @@ void Pipeline::run() {
   mapper_->finish();
   ending_ = true;
   drain();
-  drain_submaps(0);
+  drain_submaps();
   if (publisher_) {
     publisher_->finish(static_cast<std::uint32_t>(frames_done_));
     publisher_->join();
@@ -72,14 +65,10 @@ void Pipeline::process(const hal::FrameView& frame) {
       log_.limited("matches", "picture of matches: {}", status.error().text());
   }
   drain();
-  const std::uint64_t integrated = mapper_->map().counters().integrated_frames;
-  if (integrated >= last_submap_at_ + kSubmapInterval) {
-    last_submap_at_ = integrated;
-    drain_submaps(kSubmapMinAge);
-  }
+  drain_submaps();
   ++frames_done_;
   tracked_ = mapper_->counters().tracked;
-  keyframes_ = mapper_->counters().keyframes;
+  keyframes_ = mapper_->counters().keyframes_in_map();
   log_full();
 }
 
@@ -144,13 +133,11 @@ void Pipeline::drain() {
   }
 }
 
-void Pipeline::drain_submaps(std::uint64_t min_age) {
+void Pipeline::drain_submaps() {
   if (!publisher_) return;
   while (Publisher::Sealed* sealed = slot()) {
-    const auto blocks = mapper_->map().take_settled(min_age, kSubmapBlocks);
-    if (blocks.empty()) return publisher_->give_back(sealed);
     sealed->what = Publisher::Sealed::What::submap;
-    sealed->submap = mapping::make_submap(mapper_->map(), blocks);
+    if (!mapper_->take_submap(sealed->submap)) return publisher_->give_back(sealed);
     publisher_->publish(sealed);
   }
 }

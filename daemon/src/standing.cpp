@@ -38,6 +38,17 @@ bool equal_everywhere(const TeamView& team, const RadioView& radio) {
 
 }  // namespace
 
+std::map<std::string, std::uint64_t> refusals(const TeamView& team, const RadioView& radio) {
+  auto all = radio.refused;
+  const auto add = [&](const char* reason, std::uint64_t count) {
+    if (count > 0) all[reason] += count;
+  };
+  add("malformed_record", team.records_refused);
+  add("submap_beyond_budget", team.submaps_left_out);
+  add("global_block_without_room", team.blocks_refused);
+  return all;
+}
+
 Standing standing(const PipelineProgress& progress, const TeamView& team, const RadioView& radio) {
   Standing out;
   if (!progress.finished) return out;

@@ -78,5 +78,17 @@ TEST(Standing, AFullStoreCannotBeWaitedOut) {
   EXPECT_FALSE(parts.standing().stuck);
 }
 
+TEST(Refusals, TheTeamsAreCountedBesideTheRadios) {
+  Parts parts;
+  EXPECT_TRUE(refusals(parts.team, parts.radio).empty());
+  parts.radio.refused["stranger"] = 3;
+  parts.team.records_refused = 2;
+  parts.team.submaps_left_out = 4;
+  parts.team.blocks_refused = 5;
+  const std::map<std::string, std::uint64_t> expected{
+      {"stranger", 3}, {"malformed_record", 2}, {"submap_beyond_budget", 4}, {"global_block_without_room", 5}};
+  EXPECT_EQ(refusals(parts.team, parts.radio), expected);
+}
+
 }  // namespace
 }  // namespace onemap::daemon

@@ -58,7 +58,7 @@ class Pipeline {
   void drain();
   bool take(Publisher::Sealed& into);
   void keep(const Publisher::Sealed& sealed);
-  void drain_submaps(std::uint64_t min_age);
+  void drain_submaps();
   Publisher::Sealed* slot();
 
   const Config& config_;
@@ -71,7 +71,6 @@ class Pipeline {
   Publisher::Sealed alone_;             // then this is the one slot
   std::vector<mapping::StampedPose> poses_;
   std::vector<mapping::QuantizedPose> keyframe_poses_;
-  std::uint64_t last_submap_at_ = 0;
   mapping::TrackState last_state_ = mapping::TrackState::starting;
   std::uint64_t lost_since_ = 0;
   LatencyHistogram frame_times_;
