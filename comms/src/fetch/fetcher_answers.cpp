@@ -21,7 +21,7 @@ void Fetcher::on_data(Instant now, Peer& from, const wire::Data& data) {
     return;
   }
   Fetch& fetch = at->second;
-  if (refused(data.id.log) || !learn(from, data, fetch)) return;
+  if (!learn(from, data, fetch)) return;
   const auto serial = fetch.assembly.serial_of(data.fragment);
   if (serial && fetch.target != nullptr) {
     fetch.target->asks.answered(now, data.id.log.lane, *serial);
