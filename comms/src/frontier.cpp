@@ -4,16 +4,12 @@
 
 #include <array>
 
+#include "hal/base/bytes.hpp"
+
 namespace onemap::comms {
 
 namespace {
 constexpr std::size_t kEntryBytes = 16 + 1 + 8 + 4;
-
-template <class T>
-std::uint8_t* put(std::uint8_t* at, T value) {
-  for (std::size_t i = 0; i < sizeof(T); ++i) *at++ = static_cast<std::uint8_t>(value >> (8 * i));
-  return at;
-}
 }  // namespace
 
 std::uint64_t entry_digest(const LogId& log, std::uint32_t count) {
@@ -22,8 +18,8 @@ std::uint64_t entry_digest(const LogId& log, std::uint32_t count) {
   std::uint8_t* at = entry.data();
   for (auto byte : log.robot.bytes) *at++ = byte;
   *at++ = log.lane;
-  at = put(at, log.incarnation);
-  put(at, count);
+  at = put_little_endian(at, log.incarnation);
+  put_little_endian(at, count);
   return XXH3_64bits(entry.data(), entry.size());
 }
 

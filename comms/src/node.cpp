@@ -10,8 +10,6 @@
 namespace onemap::comms {
 
 namespace {
-constexpr std::size_t kMaxHashes = 1024;
-
 std::uint64_t seed_of(const RobotId& robot, std::uint64_t incarnation) {
   std::uint64_t seed = incarnation;
   for (auto byte : robot.bytes) seed = seed * 31 + byte;
@@ -25,13 +23,14 @@ Node::Impl::Impl(NodeConfig config_, LogStore& store_)
       fetcher({config.credit_bytes, config.reassembly_bytes}, store, counters,
               [this](const LogId& log) { return judge(log); }),
       team(config.self, config.incarnation, config.max_robots, config.max_neighbours),
-      beacon_interval(config.beacon_min),
-      random(seed_of(config.self, config.incarnation)) {
+      trickle(config.beacon_min, config.beacon_max),
+      random(seed_of(config.self, config.incarnation)),
+      pacer(config.bytes_per_second, config.train_datagrams) {
   assert(wire::is_life(config.incarnation) && config.self.valid());
-  for (const Endpoint& peer : config.peers) {
-    Link& link = links[peer];
-    link.endpoint = peer;
-    link.configured = true;
+  for (const Endpoint& endpoint : config.peers) {
+    Peer& peer = peers[endpoint];
+    peer.endpoint = endpoint;
+    peer.configured = true;
   }
   store.scan([this](const std::shared_ptr<const Record>& record) { applied.push_back(record); });
   for (const auto& [log, count] : store.frontier()) {
@@ -55,12 +54,12 @@ void Node::Impl::advance(Instant to) {
 Refusal Node::Impl::judge(const LogId& log) const {
   if (!wire::is_life(log.incarnation)) return Refusal::bad_incarnation;
   if (log.robot == config.self && log.incarnation > config.incarnation) return Refusal::later_life;
-  const Link* author = living(log.robot);
-  if (author != nullptr && log.incarnation > author->incarnation) return Refusal::contradicts_author;
+  const Peer* author = living(log.robot);
+  if (author != nullptr && log.incarnation > author->who.incarnation) return Refusal::contradicts_author;
   if (held(log) > 0) return Refusal::count;
   if (store.frontier().size() >= config.max_logs) return Refusal::logs_full;
   if (!team.room_for(log.robot, author != nullptr)) return Refusal::robots_full;
-  const bool own_word = author != nullptr && log.incarnation == author->incarnation;
+  const bool own_word = author != nullptr && log.incarnation == author->who.incarnation;
   if (!own_word && team.logs_of(log.robot) >= config.max_logs_of_robot) return Refusal::robot_logs_full;
   return Refusal::count;
 }
@@ -90,24 +89,14 @@ void Node::Impl::stored(const RecordId& id, std::uint8_t hop_count) {
   hops[id.log].push_back(hop_count);
   team.recorded(id.log, id.seq == 0, now);
   frontier_digest += entry_digest(id.log, id.seq + 1) - entry_digest(id.log, id.seq);
-  for (auto& [endpoint, link] : links) {
-    if (!link.alive) continue;
-    link.have_dirty.insert(id.log);
-    const auto there = link.holds.find(id.log);
-    const bool lacks_it = there == link.holds.end() || there->second <= id.seq;
-    const Instant at = lacks_it ? std::max(now, link.last_have + kHaveGap) : now + kHaveIdle;
-    link.have_at = link.have_at ? std::min(*link.have_at, at) : at;
+  for (auto& [endpoint, peer] : peers) {
+    if (!peer.who.alive) continue;
+    const bool lacks_it = peer.frontier.count(id.log) <= id.seq;
+    peer.outbox.tell(id.log, lacks_it ? std::max(now, peer.outbox.last_have() + kHaveGap) : now + kHaveIdle);
   }
   const RobotStatus& own = team.own();
   team.set_own(frontier_digest, own.map_digest, own.flags);
   changed();
-}
-
-std::uint64_t Node::Impl::hash_of(const Record& record) {
-  const auto at = hashes.find(record.id);
-  if (at != hashes.end()) return at->second;
-  if (hashes.size() >= kMaxHashes) hashes.clear();
-  return hashes[record.id] = wire::body_hash(record.kind, record.body);
 }
 
 std::optional<std::uint8_t> Node::Impl::hops_of(const RecordId& id) const {
@@ -155,11 +144,11 @@ std::uint64_t Node::frontier_digest() const { return impl_->frontier_digest; }
 
 std::vector<NeighbourStatus> Node::neighbours() const {
   std::vector<NeighbourStatus> all;
-  for (const auto& [endpoint, link] : impl_->links) {
-    if (link.incarnation == 0) continue;
-    all.push_back({link.robot, link.incarnation, endpoint, link.alive, link.last_heard, link.window.loss(),
-                   link.round_trip.smoothed(), link.bytes_in, link.bytes_out, link.claimed_digest, link.map_digest,
-                   link.flags});
+  for (const auto& [endpoint, peer] : impl_->peers) {
+    if (peer.who.incarnation == 0) continue;
+    all.push_back({peer.who.robot, peer.who.incarnation, endpoint, peer.who.alive, peer.who.last_heard,
+                   peer.session.loss(), peer.round_trip.smoothed(), peer.bytes_in, peer.bytes_out,
+                   peer.frontier.claimed_digest(), peer.word.map_digest, peer.word.flags});
   }
   return all;
 }
@@ -179,13 +168,13 @@ bool Node::team_agrees(std::uint8_t flags, const std::set<RobotId>& without) con
 
 std::size_t Node::records_missing() const {
   std::size_t missing = 0;
-  for (const auto& [log, count] : impl_->fetcher.missing(impl_->links)) missing += count;
+  for (const auto& [log, count] : impl_->fetcher.missing(impl_->peers)) missing += count;
   return missing;
 }
 
 std::set<RobotId> Node::incomplete() const {
   std::set<RobotId> robots;
-  for (const auto& [log, count] : impl_->fetcher.missing(impl_->links))
+  for (const auto& [log, count] : impl_->fetcher.missing(impl_->peers))
     if (log.robot != impl_->config.self) robots.insert(log.robot);
   return robots;
 }
@@ -198,11 +187,11 @@ std::map<RobotId, Presence> Node::presence(Instant now) const {
   std::map<RobotId, Presence> out;
   for (const auto& [id, status] : team())
     out[id] = {status.incarnation, impl_->team.last_sign(id), false, status.flags};
-  for (const auto& [endpoint, link] : impl_->links) {
-    const auto at = out.find(link.robot);
-    if (!link.alive || at == out.end()) continue;
+  for (const auto& [endpoint, peer] : impl_->peers) {
+    const auto at = out.find(peer.who.robot);
+    if (!peer.who.alive || at == out.end()) continue;
     at->second.neighbour = true;
-    at->second.last_sign = std::max(at->second.last_sign, link.last_heard);
+    at->second.last_sign = std::max(at->second.last_sign, peer.who.last_heard);
   }
   out[impl_->config.self].last_sign = now;
   return out;
@@ -210,8 +199,8 @@ std::map<RobotId, Presence> Node::presence(Instant now) const {
 
 std::vector<Endpoint> Node::peers_never_heard() const {
   std::vector<Endpoint> out;
-  for (const auto& [endpoint, link] : impl_->links)
-    if (link.configured && !link.ever_heard) out.push_back(endpoint);
+  for (const auto& [endpoint, peer] : impl_->peers)
+    if (peer.configured && !peer.ever_heard) out.push_back(endpoint);
   return out;
 }
 
@@ -219,12 +208,11 @@ std::optional<IdConflict> Node::id_conflict() const { return impl_->conflict; }
 std::optional<std::uint64_t> Node::outlived() const { return impl_->outlived; }
 
 bool Node::delivered(std::uint8_t up_to_lane) const {
-  for (const auto& [endpoint, link] : impl_->links) {
-    if (!link.alive) continue;
+  for (const auto& [endpoint, peer] : impl_->peers) {
+    if (!peer.who.alive) continue;
     for (std::uint8_t lane = 0; lane <= up_to_lane; ++lane) {
       const LogId log{impl_->config.self, lane, impl_->config.incarnation};
-      const auto at = link.holds.find(log);
-      if (impl_->held(log) > (at == link.holds.end() ? 0 : at->second)) return false;
+      if (impl_->held(log) > peer.frontier.count(log)) return false;
     }
   }
   return true;

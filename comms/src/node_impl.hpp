@@ -6,10 +6,13 @@
 
 #include "comms/node.hpp"
 #include "comms/wire.hpp"
-#include "fetcher.hpp"
+#include "fetch/fetcher.hpp"
 #include "hal/base/splitmix.hpp"
-#include "link.hpp"
+#include "hash_cache.hpp"
+#include "pacer.hpp"
+#include "peer/peer.hpp"
 #include "team_table.hpp"
+#include "trickle.hpp"
 
 namespace onemap::comms {
 
@@ -20,71 +23,63 @@ struct Node::Impl {
   std::uint32_t held(const LogId& log) const;
   Result<RecordId> append(std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body);
   void stored(const RecordId& id, std::uint8_t hops);  // the store has one record more
-  std::uint64_t hash_of(const Record& record);
   std::optional<std::uint8_t> hops_of(const RecordId& id) const;
   void refuse(Refusal reason) { counters.refuse(reason); }
   void advance(Instant to);
   Refusal judge(const LogId& log) const;  // whether records of this log may come in; count: yes
 
   // node_admit.cpp: who may speak
-  Link* admit(const Endpoint& from, const wire::Header& header, std::span<const wire::Frame> frames);
-  Link* admit_greeting(const Endpoint& from, const wire::Header& header, const wire::Beacon& beacon);
-  Link* admit_candidate(Link& link, const wire::Header& header, std::span<const wire::Frame> frames);
+  Peer* admit(const Endpoint& from, const wire::Header& header, std::span<const wire::Frame> frames);
+  Peer* admit_greeting(const Endpoint& from, const wire::Header& header, const wire::Beacon& beacon);
+  Peer* admit_candidate(Peer& peer, const wire::Header& header, std::span<const wire::Frame> frames);
   bool conflicts(const Endpoint& from, const wire::Header& header, const wire::Beacon& beacon);
-  void challenge(Link& link, const wire::Header& header, const wire::Beacon& beacon);
-  void become(Link& link, RobotId robot, std::uint64_t incarnation);
-  Link* room_for(const Endpoint& endpoint);
+  void challenge(Peer& peer, const wire::Header& header, const wire::Beacon& beacon);
+  void become(Peer& peer, const RobotId& robot, std::uint64_t incarnation);
+  Peer* room_for(const Endpoint& endpoint);
   void answer_former_life(const Endpoint& to, const wire::Header& header, const wire::LaterLife& later);
-  const Link* living(const RobotId& robot) const;  // the neighbour, or nobody
+  const Peer* living(const RobotId& robot) const;  // the neighbour, or nobody
   bool names_us(const wire::Header& header) const;
 
   // node_receive.cpp: what is said
-  struct Arrival {
-    bool unicast = true;
-    std::uint64_t at = 0;  // the datagram's counter, unfolded
-  };
   void receive(const Endpoint& from, std::span<const std::uint8_t> bytes);
-  std::optional<Arrival> fresh(Link& link, const wire::Header& header);
-  void link_up(Link& link);
-  void on_frame(Link& link, const Arrival& arrival, const wire::Frame& frame);
+  void peer_up(Peer& peer);
+  void on_frame(Peer& peer, const Session::Arrival& arrival, const wire::Frame& frame);
   void on_status(const RobotStatus& status);
-  void claim(Link& link, std::uint64_t datagram, std::uint64_t frontier_digest);
-  void on_beacon(Link& link, const Arrival& arrival, const wire::Beacon& beacon);
-  void on_have(Link& link, const Arrival& arrival, const wire::Have& have);
-  void on_have(Link& link, const wire::HaveEntry& entry);
+  void on_beacon(Peer& peer, const Session::Arrival& arrival, const wire::Beacon& beacon);
+  void on_have(Peer& peer, const Session::Arrival& arrival, const wire::Have& have);
+  void on_have(Peer& peer, const wire::HaveEntry& entry);
   void tell_author(const LogId& log);
-  void on_have_request(Link& link);
-  void on_want(Link& link, const wire::Want& want);
-  void on_data(Link& link, const wire::Data& data);
-  void on_pong(Link& link, const wire::Pong& pong);
+  void on_have_request(Peer& peer);
+  void on_want(Peer& peer, const wire::Want& want);
+  void on_data(Peer& peer, const wire::Data& data);
+  void on_pong(Peer& peer, const wire::Pong& pong);
   void on_later_life(const wire::LaterLife& later);
 
   // node_timer.cpp
   void tick();
-  void tick(Link& link);
-  void link_down(Link& link);
-  static Instant not_too_often(const Link& link, Instant have_request);
+  void tick(Peer& peer);
+  void peer_down(Peer& peer);
   void changed();  // something that beacons tell
   void beacon_all();
   bool all_consistent() const;
-  void tell_all(Link& link);
+  void tell_all(Peer& peer);
   Instant next_deadline() const;
-  Instant next_deadline(const Link& link) const;
+  Instant next_deadline(const Peer& peer) const;
 
   // node_send.cpp
   bool next_outgoing(OutgoingDatagram& datagram);
-  bool control_ready(const Link& link) const;
+  bool control_ready(const Peer& peer) const;
   void build_group(OutgoingDatagram& datagram);
   void build_answer(OutgoingDatagram& datagram);
-  void build_candidate(Link& link, OutgoingDatagram& datagram);
-  void build_control(Link& link, OutgoingDatagram& datagram);
+  void build_candidate(Peer& peer, OutgoingDatagram& datagram);
+  void build_control(Peer& peer, OutgoingDatagram& datagram);
   bool build_data(OutgoingDatagram& datagram);
   void put_beacon(wire::Encoder& out);
   void put_status(wire::Encoder& out, const RobotId& except, RobotId& cursor);
-  void put_round_trip(wire::Encoder& out, Link& link);
-  void put_have(wire::Encoder& out, Link& link);
-  void put_wants(wire::Encoder& out, Link& link);
-  wire::Header header_for(Link& link);
+  void put_round_trip(wire::Encoder& out, Peer& peer);
+  void put_have(wire::Encoder& out, Peer& peer);
+  void put_wants(wire::Encoder& out, Peer& peer);
+  wire::Header header_for(Peer& peer);
   void sent(OutgoingDatagram& datagram, const Endpoint& to, std::size_t size);
   void count_sent(FrameType type) { ++counters.frames_sent[index_of(type)]; }
 
@@ -92,20 +87,18 @@ struct Node::Impl {
   LogStore& store;
   Counters counters;
   Instant now{};
-  std::map<Endpoint, Link> links;
+  std::map<Endpoint, Peer> peers;
   Fetcher fetcher;
   TeamTable team;
   std::optional<IdConflict> conflict;
   std::optional<std::uint64_t> outlived;
   std::uint64_t frontier_digest = 0;
   std::map<LogId, std::vector<std::uint8_t>> hops;
-  std::map<RecordId, std::uint64_t> hashes;  // of records that were served lately
+  HashCache hashes;
   std::deque<std::shared_ptr<const Record>> applied;
   wire::Decoder decoder;
   bool plan_due = false;
-  // Trickle: the interval doubles while nothing changes.
-  Duration beacon_interval{};
-  Instant beacon_at{}, last_beacon{};
+  Trickle trickle;
   SplitMix random;  // jitter, and tokens
   bool group_due = false;
   std::uint32_t group_counter = 1;
@@ -119,7 +112,7 @@ struct Node::Impl {
   std::uint32_t answer_counter = 1;
   RobotId group_cursor;
   // Sending
-  Instant pace_at{};  // bodies may go from then on
+  Pacer pacer;
   Endpoint control_cursor;
   std::array<Endpoint, kLaneCount> data_cursor{};
   std::vector<RobotStatus> status_scratch;

@@ -1,15 +1,11 @@
+// What is sent, and in which order: answers, the group, control, bodies.
 #include <algorithm>
 
 #include "node_impl.hpp"
 
 namespace onemap::comms {
 
-using std::chrono::milliseconds;
-
 namespace {
-constexpr std::size_t kManyWants = 32;  // a full datagram of them does not wait
-constexpr auto kPingGap = milliseconds(200);
-
 // The first entry after `cursor`, going round.
 template <class Map, class Key>
 auto after(Map& map, const Key& cursor) {
@@ -19,12 +15,12 @@ auto after(Map& map, const Key& cursor) {
 }  // namespace
 
 bool Node::Impl::next_outgoing(OutgoingDatagram& datagram) {
-  if (plan_due) fetcher.plan(now, links);
+  if (plan_due) fetcher.plan(now, peers);
   plan_due = false;
   if (!answers.empty()) return build_answer(datagram), true;
   if (group_due) return build_group(datagram), true;
-  auto it = after(links, control_cursor);
-  for (std::size_t i = 0; i < links.size(); ++i) {
+  auto it = after(peers, control_cursor);
+  for (std::size_t i = 0; i < peers.size(); ++i) {
     if (control_ready(it->second)) {
       control_cursor = it->first;
       const Candidate& candidate = it->second.candidate;
@@ -34,36 +30,26 @@ bool Node::Impl::next_outgoing(OutgoingDatagram& datagram) {
         build_control(it->second, datagram);
       return true;
     }
-    if (++it == links.end()) it = links.begin();
+    if (++it == peers.end()) it = peers.begin();
   }
   return build_data(datagram);
 }
 
-bool Node::Impl::control_ready(const Link& link) const {
-  if (link.beacon_due || link.candidate.beacon_due || link.candidate.ping_due) return true;
-  if (!link.alive) return false;
-  if (link.later_life_due || link.have_request_due || link.pong_due || link.ping_due) return true;
-  return (link.have_at && *link.have_at <= now) || (link.want_at && *link.want_at <= now) ||
-         link.wants.size() >= kManyWants;
+bool Node::Impl::control_ready(const Peer& peer) const {
+  if (peer.outbox.beacon_due || peer.candidate.beacon_due || peer.candidate.ping_due) return true;
+  return peer.who.alive && (peer.pings.answer_due || peer.pings.due || peer.outbox.due(now));
 }
 
-wire::Header Node::Impl::header_for(Link& link) {
-  return {wire::DatagramType::unicast, config.incarnation, link.incarnation,
-          std::exchange(link.next_counter, wire::next_counter(link.next_counter))};
+wire::Header Node::Impl::header_for(Peer& peer) {
+  return peer.session.next_header(config.incarnation, peer.who.incarnation);
 }
 
-// Everything that leaves uses up the rate; only bodies wait for it.
 void Node::Impl::sent(OutgoingDatagram& datagram, const Endpoint& to, std::size_t size) {
   datagram.to = to;
   datagram.size = size;
   ++counters.datagrams_sent;
   counters.bytes_sent += size;
-  const std::uint64_t rate = std::max<std::uint64_t>(config.bytes_per_second, 1);
-  const auto cost = [&](std::uint64_t bytes) {
-    return Duration(static_cast<std::int64_t>(bytes * 1'000'000'000u / rate));
-  };
-  const std::uint64_t train = std::max<std::size_t>(config.train_datagrams, 1) - 1;
-  pace_at = std::max(pace_at, now - cost(train * kMaxDatagramBytes)) + cost(size);
+  pacer.sent(now, size);
 }
 
 void Node::Impl::put_beacon(wire::Encoder& out) {
@@ -87,22 +73,19 @@ void Node::Impl::put_status(wire::Encoder& out, const RobotId& except, RobotId& 
   count_sent(FrameType::status);
 }
 
-void Node::Impl::put_have(wire::Encoder& out, Link& link) {
+void Node::Impl::put_have(wire::Encoder& out, Peer& peer) {
   have_scratch.clear();
-  for (const LogId& log : link.have_dirty) have_scratch.push_back({log, held(log)});
+  for (const LogId& log : peer.outbox.changed()) have_scratch.push_back({log, held(log)});
   const std::size_t n = out.have(frontier_digest, have_scratch);
   if (n == 0) return;
-  for (std::size_t i = 0; i < n; ++i) link.have_dirty.erase(have_scratch[i].log);
-  if (link.have_dirty.empty()) link.have_at.reset();
-  link.last_have = now;
+  peer.outbox.told(now, have_scratch, n);
   count_sent(FrameType::have);
 }
 
-void Node::Impl::put_wants(wire::Encoder& out, Link& link) {
-  const std::size_t n = out.want(static_cast<std::uint32_t>(fetcher.credit_to_announce()), link.wants);
+void Node::Impl::put_wants(wire::Encoder& out, Peer& peer) {
+  const std::size_t n = out.want(static_cast<std::uint32_t>(fetcher.credit_to_announce()), peer.outbox.wants());
   if (n == 0) return;
-  link.wants.erase(link.wants.begin(), link.wants.begin() + static_cast<std::ptrdiff_t>(n));
-  link.want_at = link.wants.empty() ? std::nullopt : std::optional(now);
+  peer.outbox.wanted(now, n);
   count_sent(FrameType::want);
 }
 
@@ -128,77 +111,74 @@ void Node::Impl::build_answer(OutgoingDatagram& datagram) {
 }
 
 // One frame, not more than what came from there.
-void Node::Impl::build_candidate(Link& link, OutgoingDatagram& datagram) {
-  Candidate& candidate = link.candidate;
-  wire::Header header = header_for(link);
-  header.receiver = candidate.incarnation;
-  wire::Encoder out(datagram.buffer, header);
+void Node::Impl::build_candidate(Peer& peer, OutgoingDatagram& datagram) {
+  Candidate& candidate = peer.candidate;
+  wire::Encoder out(datagram.buffer, peer.session.next_header(config.incarnation, candidate.incarnation));
   if (std::exchange(candidate.ping_due, false)) {
-    out.ping(candidate.token);
+    out.ping(candidate.token());
     count_sent(FrameType::ping);
   } else {
     put_beacon(out);
   }
   candidate.beacon_due = false;
-  link.bytes_out += out.size();
-  sent(datagram, link.endpoint, out.size());
+  peer.bytes_out += out.size();
+  sent(datagram, peer.endpoint, out.size());
 }
 
-void Node::Impl::build_control(Link& link, OutgoingDatagram& datagram) {
-  wire::Encoder out(datagram.buffer, header_for(link));
-  const bool beacon = std::exchange(link.beacon_due, false);
+void Node::Impl::build_control(Peer& peer, OutgoingDatagram& datagram) {
+  wire::Encoder out(datagram.buffer, header_for(peer));
+  const bool beacon = std::exchange(peer.outbox.beacon_due, false);
   if (beacon) put_beacon(out);
-  if (link.alive) {  // a stranger gets no more than it sent
-    put_round_trip(out, link);
-    if (link.later_life_due && out.later_life({link.robot, *link.later_life_due})) {
-      link.later_life_due.reset();
+  if (peer.who.alive) {  // a stranger gets no more than it sent
+    put_round_trip(out, peer);
+    Outbox& box = peer.outbox;
+    if (box.later_life_due && out.later_life({peer.who.robot, *box.later_life_due})) {
+      box.later_life_due.reset();
       count_sent(FrameType::later_life);
     }
-    if (link.have_request_due && out.have_request()) {
-      link.have_request_due = false;
+    if (box.have_request_due && out.have_request()) {
+      box.have_request_due = false;
       count_sent(FrameType::have_request);
     }
-    if (!link.wants.empty()) put_wants(out, link);
+    if (!box.wants().empty()) put_wants(out, peer);
     // A beacon's digest must not run ahead of what the neighbour was told.
-    if (!link.have_dirty.empty() && (beacon || (link.have_at && *link.have_at <= now))) put_have(out, link);
+    if (!box.changed().empty() && (beacon || box.have_due(now))) put_have(out, peer);
     if (beacon)
-      put_status(out, std::exchange(link.status_echo_due, false) ? RobotId{} : link.robot, link.status_cursor);
+      put_status(out, std::exchange(box.status_echo_due, false) ? RobotId{} : peer.who.robot, box.status_cursor);
   }
-  link.bytes_out += out.size();
-  sent(datagram, link.endpoint, out.size());
+  peer.bytes_out += out.size();
+  sent(datagram, peer.endpoint, out.size());
 }
 
-void Node::Impl::put_round_trip(wire::Encoder& out, Link& link) {
-  if (link.pong_due && out.pong(*std::exchange(link.pong_due, std::nullopt))) count_sent(FrameType::pong);
-  if (!link.ping_due || !out.ping(link.ping_token + 1)) return;
-  ++link.ping_token;
-  link.ping_due = false;
-  link.ping_sent = now;
-  link.next_ping = now + kPingGap;
+void Node::Impl::put_round_trip(wire::Encoder& out, Peer& peer) {
+  Pings& pings = peer.pings;
+  if (pings.answer_due && out.pong(*std::exchange(pings.answer_due, std::nullopt))) count_sent(FrameType::pong);
+  if (!pings.due || !out.ping(pings.next_token())) return;
+  pings.sent(now);
   count_sent(FrameType::ping);
 }
 
 bool Node::Impl::build_data(OutgoingDatagram& datagram) {
-  if (pace_at > now) return false;
+  if (!pacer.open(now)) return false;
   for (std::uint8_t first_lane = 0; first_lane < kLaneCount; ++first_lane) {
-    auto it = after(links, data_cursor[first_lane]);
-    for (std::size_t i = 0; i < links.size(); ++i) {
-      Link& link = it->second;
-      if (++it == links.end()) it = links.begin();
-      if (!link.alive || link.serve.empty(first_lane)) continue;
-      data_cursor[first_lane] = link.endpoint;
-      wire::Encoder out(datagram.buffer, header_for(link));
+    auto it = after(peers, data_cursor[first_lane]);
+    for (std::size_t i = 0; i < peers.size(); ++i) {
+      Peer& peer = it->second;
+      if (++it == peers.end()) it = peers.begin();
+      if (!peer.who.alive || peer.serve.empty(first_lane)) continue;
+      data_cursor[first_lane] = peer.endpoint;
+      wire::Encoder out(datagram.buffer, header_for(peer));
       for (std::uint8_t lane = first_lane; lane < kLaneCount; ++lane) {
-        while (!link.serve.empty(lane)) {
-          const wire::Data data = link.serve.front(lane);
+        while (!peer.serve.empty(lane)) {
+          const wire::Data data = peer.serve.front(lane);
           if (!out.data(data)) break;
           counters.body_bytes_sent += data.bytes.size();
           count_sent(FrameType::data);
-          link.serve.pop(lane);
+          peer.serve.pop(lane);
         }
       }
-      link.bytes_out += out.size();
-      sent(datagram, link.endpoint, out.size());
+      peer.bytes_out += out.size();
+      sent(datagram, peer.endpoint, out.size());
       return true;
     }
   }

@@ -128,6 +128,19 @@ TEST(Hostile, LogsInOneNameAreBounded) {
   EXPECT_TRUE(alone.node.frontier().contains({RobotId::from_name("evil"), 0, 100'000}));
 }
 
+TEST(Hostile, LogsThatOneNeighbourClaimsAreBounded) {
+  NodeConfig config;
+  config.max_logs = 50;
+  Alone alone(config, 64u << 20);
+  Evil evil{alone};
+  evil.befriend("evil");
+  std::vector<wire::HaveEntry> entries;
+  for (std::size_t k = 0; k < 200; ++k) entries.push_back({{sim::numbered("r", k), 0, 1}, 1});
+  evil.offer(entries);
+  EXPECT_EQ(alone.node.records_missing(), 50u);
+  EXPECT_EQ(alone.node.counters().of(Refusal::logs_full), 150u);
+}
+
 // HAVE with counts that nobody can hold: bounded memory, and an honest neighbour's records come as before.
 TEST(Hostile, LiesAboutCountsKeepHonestRecordsComing) {
   Alone alone({}, 64u << 20);

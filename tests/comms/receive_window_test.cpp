@@ -1,4 +1,4 @@
-#include "receive_window.hpp"
+#include "session/receive_window.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "round_trip.hpp"
+#include "peer/round_trip.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,17 +8,23 @@
 
 namespace onemap {
 
+// Writes an integer, lowest byte first, and answers where the next one goes.
+template <std::integral T>
+std::uint8_t* put_little_endian(std::uint8_t* at, T value) {
+  const auto bits = static_cast<std::make_unsigned_t<T>>(value);
+  for (std::size_t i = 0; i < sizeof(T); ++i) *at++ = static_cast<std::uint8_t>(bits >> (8 * i));
+  return at;
+}
+
 // Appends little-endian integers to a byte vector: the one way in which records and datagrams are encoded.
 class ByteWriter {
  public:
   explicit ByteWriter(std::vector<std::uint8_t>& out) : out_(out) {}
   template <std::integral T>
   void put(T value) {
-    auto bits = static_cast<std::make_unsigned_t<T>>(value);
-    for (std::size_t i = 0; i < sizeof(T); ++i) {
-      out_.push_back(static_cast<std::uint8_t>(bits & 0xFFu));
-      if constexpr (sizeof(T) > 1) bits = static_cast<std::make_unsigned_t<T>>(bits >> 8);
-    }
+    const std::size_t at = out_.size();
+    out_.resize(at + sizeof(T));
+    put_little_endian(out_.data() + at, value);
   }
   void bytes(std::span<const std::uint8_t> data) { out_.insert(out_.end(), data.begin(), data.end()); }
   std::size_t size() const { return out_.size(); }

@@ -1,14 +1,10 @@
-#include "comms/wire.hpp"
-
 #include <xxhash.h>
 
-#include "hal/base/bytes.hpp"
+#include "comms/wire.hpp"
 
 namespace onemap::comms::wire {
 
 namespace {
-constexpr std::uint8_t kMagicMask = 0xF0;
-
 RobotId get_robot(ByteReader& in) {
   RobotId robot;
   const auto bytes = in.bytes(robot.bytes.size());
@@ -44,19 +40,8 @@ Refusal Decoder::decode(std::span<const std::uint8_t> datagram) {
   robots_.reserve(kMaxFramesBytes / kStatusEntryBytes);
   have_.reserve(kMaxFramesBytes / kHaveEntryBytes);
   want_.reserve(kMaxFramesBytes / kWantEntryBytes);
-  if (datagram.size() < kHeaderBytes) return Refusal::too_short;
-  if (datagram.size() > kHeaderBytes + kMaxFramesBytes) return Refusal::too_long;
-  if ((datagram[0] & kMagicMask) != (kMagicAndVersion & kMagicMask)) return Refusal::bad_magic;
-  if (datagram[0] != kMagicAndVersion) return Refusal::bad_version;
-  ByteReader in(datagram.subspan(1));
-  header_.type = static_cast<DatagramType>(in.get<std::uint8_t>());
-  if (header_.type != DatagramType::unicast && header_.type != DatagramType::group) return Refusal::bad_type;
-  if (in.get<std::uint16_t>() != 0) return Refusal::bad_reserved;
-  header_.sender = in.get<std::uint64_t>();
-  header_.receiver = in.get<std::uint64_t>();
-  header_.counter = in.get<std::uint32_t>();
-  if (header_.sender == 0 || header_.counter == 0) return Refusal::bad_frame;
-  if (!is_life(header_.sender)) return Refusal::bad_incarnation;
+  const Refusal verdict = read_header(datagram, header_);
+  if (verdict != Refusal::count) return verdict;
   return decode_frames(datagram.subspan(kHeaderBytes));
 }
 
@@ -188,119 +173,6 @@ bool Decoder::decode_data(std::span<const std::uint8_t> body) {
   data.bytes = in.bytes(fragment_size(data.total_bytes, data.fragment));
   frames_.emplace_back(data);
   return in.done();
-}
-
-Encoder::Encoder(std::span<std::uint8_t, kMaxDatagramBytes> buffer, const Header& header) : buffer_(buffer) {
-  put(kMagicAndVersion);
-  put(static_cast<std::uint8_t>(header.type));
-  put(std::uint16_t{0});
-  put(header.sender);
-  put(header.receiver);
-  put(header.counter);
-}
-
-void Encoder::put(const RobotId& robot) {
-  for (auto byte : robot.bytes) put(byte);
-}
-void Encoder::put(const LogId& log) {
-  put(log.robot);
-  put(log.lane);
-  put(log.incarnation);
-}
-
-bool Encoder::open(FrameType type, std::size_t body_bytes) {
-  if (kFrameHeadBytes + body_bytes > room()) return false;
-  put(static_cast<std::uint8_t>(type));
-  put(static_cast<std::uint16_t>(body_bytes));
-  return true;
-}
-
-std::size_t Encoder::entries_that_fit(std::size_t fixed, std::size_t each, std::size_t wanted) const {
-  if (room() < kFrameHeadBytes + fixed) return 0;
-  return std::min(wanted, (room() - kFrameHeadBytes - fixed) / each);
-}
-
-bool Encoder::beacon(const Beacon& beacon) {
-  if (!open(FrameType::beacon, kBeaconBytes)) return false;
-  put(beacon.robot);
-  put(beacon.frontier_digest);
-  put(beacon.map_digest);
-  put(beacon.status_counter);
-  put(beacon.flags);
-  return true;
-}
-
-std::size_t Encoder::status(std::span<const RobotStatus> robots) {
-  const std::size_t n = entries_that_fit(0, kStatusEntryBytes, robots.size());
-  if (n == 0 || !open(FrameType::status, n * kStatusEntryBytes)) return 0;
-  for (const RobotStatus& status : robots.first(n)) {
-    put(status.robot);
-    put(status.incarnation);
-    put(status.counter);
-    put(status.frontier_digest);
-    put(status.map_digest);
-    put(status.flags);
-  }
-  return n;
-}
-
-std::size_t Encoder::have(std::uint64_t frontier_digest, std::span<const HaveEntry> entries) {
-  const std::size_t n = entries_that_fit(kHaveFixedBytes, kHaveEntryBytes, entries.size());
-  if (n == 0 || !open(FrameType::have, kHaveFixedBytes + n * kHaveEntryBytes)) return 0;
-  put(frontier_digest);
-  for (const HaveEntry& entry : entries.first(n)) {
-    put(entry.log);
-    put(entry.count);
-  }
-  return n;
-}
-
-bool Encoder::have_request() { return open(FrameType::have_request, 0); }
-
-std::size_t Encoder::want(std::uint32_t credit_bytes, std::span<const WantEntry> entries) {
-  const std::size_t n = entries_that_fit(kWantFixedBytes, kWantEntryBytes, entries.size());
-  if (n == 0 || !open(FrameType::want, kWantFixedBytes + n * kWantEntryBytes)) return 0;
-  put(credit_bytes);
-  for (const WantEntry& entry : entries.first(n)) {
-    put(entry.id.log);
-    put(entry.id.seq);
-    put(entry.first);
-    put(entry.count);
-  }
-  return n;
-}
-
-bool Encoder::data(const Data& data) {
-  if (!open(FrameType::data, kDataFixedBytes + data.bytes.size())) return false;
-  put(data.id.log);
-  put(data.id.seq);
-  put(data.kind);
-  put(data.hops);
-  put(data.total_bytes);
-  put(data.body_hash);
-  put(data.fragment);
-  std::copy(data.bytes.begin(), data.bytes.end(), buffer_.begin() + static_cast<std::ptrdiff_t>(size_));
-  size_ += data.bytes.size();
-  return true;
-}
-
-bool Encoder::ping(std::uint32_t token) {
-  if (!open(FrameType::ping, sizeof token)) return false;
-  put(token);
-  return true;
-}
-
-bool Encoder::pong(std::uint32_t token) {
-  if (!open(FrameType::pong, sizeof token)) return false;
-  put(token);
-  return true;
-}
-
-bool Encoder::later_life(const LaterLife& later) {
-  if (!open(FrameType::later_life, kLaterLifeBytes)) return false;
-  put(later.robot);
-  put(later.incarnation);
-  return true;
 }
 
 }  // namespace onemap::comms::wire

@@ -1,4 +1,4 @@
-#include "serve_queue.hpp"
+#include "peer/serve_queue.hpp"
 
 #include <algorithm>
 #include <cassert>

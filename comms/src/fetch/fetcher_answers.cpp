@@ -1,0 +1,145 @@
+// What comes: fragments become records, and records go to the store.
+#include <algorithm>
+#include <limits>
+
+#include "fetch/fetcher.hpp"
+
+namespace onemap::comms {
+
+namespace {
+constexpr std::uint32_t kMaxGuess = 64;
+constexpr auto kStoreRetry = std::chrono::seconds(1), kSpoiltRetry = std::chrono::seconds(1);
+constexpr unsigned kMostDoublings = 6;
+}  // namespace
+
+void Fetcher::on_data(Instant now, Peer& from, const wire::Data& data) {
+  no_room_for_ = std::numeric_limits<std::size_t>::max();
+  const auto at = fetches_.find(data.id);
+  if (at == fetches_.end() || at->second.complete) {
+    counters_.refuse(Refusal::data_unasked);
+    counters_.duplicate_body_bytes += data.bytes.size();
+    return;
+  }
+  Fetch& fetch = at->second;
+  if (!learn(from, data, fetch)) return;
+  const auto serial = fetch.assembly.serial_of(data.fragment);
+  if (serial && fetch.target != nullptr) {
+    fetch.target->asks.answered(now, data.id.log.lane, *serial);
+  } else {
+    from.round_trip.was_hasty();
+  }
+  if (fetch.assembly.keep(data) == Assembly::Kept::again) {
+    counters_.duplicate_body_bytes += data.bytes.size();
+    return;
+  }
+  note_need(data.id, fetch);
+  counters_.body_bytes_received += data.bytes.size();
+  from.asks.progressed(now, data.id.log.lane);
+  if (fetch.assembly.complete()) settle(now, from, data.id, fetch);
+}
+
+// The first fragment says how large the record is; the others must agree with it.
+bool Fetcher::learn(Peer& from, const wire::Data& data, Fetch& fetch) {
+  if (fetch.assembly.known()) {
+    if (fetch.assembly.agrees(data)) return true;
+    counters_.refuse(Refusal::data_conflict);
+    if (&from != fetch.target) return false;
+    restart(data.id, fetch);  // whom we ask now counts more than whom we asked before
+  }
+  if (!reserve(data.id, fetch, data.total_bytes)) return false;
+  const std::uint32_t count = wire::fragments_of(data.total_bytes);
+  if (fetch.target != nullptr) fetch.target->asks.withdraw(data.id, count);
+  fetch.assembly.learn(data);
+  note_need(data.id, fetch);
+  std::uint32_t& guess = guess_[data.id.log.lane];
+  guess = std::clamp<std::uint32_t>((3 * guess + count + 2) / 4, 1, kMaxGuess);
+  return true;
+}
+
+// Makes the fetch's reservation the record's real size, or closes the fetch: then it is opened again, with the size
+// known, when there is room.
+bool Fetcher::reserve(const RecordId& id, Fetch& fetch, std::uint32_t bytes) {
+  const std::size_t more = bytes > fetch.reserved_bytes ? bytes - fetch.reserved_bytes : 0;
+  if (!make_room(id, more)) {
+    counters_.refuse(Refusal::reassembly_full);
+    close(id);
+    remember_size(id, bytes);
+    return false;
+  }
+  used_bytes_ += bytes;
+  used_bytes_ -= fetch.reserved_bytes;
+  fetch.reserved_bytes = bytes;
+  return true;
+}
+
+// The first missing record of a log may push out records that wait behind others or that nobody can serve now; anything
+// else must find room as it is.
+bool Fetcher::make_room(const RecordId& id, std::size_t bytes) {
+  const auto fits = [&] { return used_bytes_ + bytes <= limits_.reassembly_bytes; };
+  if (fits() || id.seq != held(id.log)) return fits();
+  if (bytes >= no_room_for_) return false;
+  for (auto it = fetches_.end(); it != fetches_.begin() && !fits();) {
+    const RecordId victim = (--it)->first;
+    const bool moving = victim.seq == held(victim.log) && it->second.target != nullptr;
+    if (victim == id || moving) continue;
+    const bool known = it->second.assembly.known();
+    const std::uint32_t size = it->second.assembly.total_bytes();
+    ++it;  // stays valid while its predecessor goes
+    close(victim);
+    if (known) remember_size(victim, size);
+  }
+  if (!fits()) no_room_for_ = bytes;
+  return fits();
+}
+
+void Fetcher::remember_size(const RecordId& id, std::uint32_t bytes) {
+  constexpr std::size_t kMaxSizes = 1024;
+  if (sizes_.size() >= kMaxSizes) sizes_.clear();
+  sizes_[id] = bytes;
+}
+
+void Fetcher::settle(Instant now, Peer& from, const RecordId& id, Fetch& fetch) {
+  if (fetch.assembly.hash_is_right()) {
+    fetch.complete = true;
+    return store_in_order(now, id.log);
+  }
+  counters_.refuse(Refusal::data_bad_hash);
+  restart(id, fetch);
+  fetch.target = nullptr;
+  from.asks.avoid(now);
+  // Bad luck once; who spoils it again and again is not worth the bandwidth.
+  if (++fetch.bad_bodies == 1) return;
+  fetch.not_before = now + kSpoiltRetry * (1u << std::min(fetch.bad_bodies - 2, kMostDoublings));
+  wake_ = std::min(wake_, fetch.not_before);
+}
+
+void Fetcher::store_in_order(Instant now, const LogId& log) {
+  blocked_.erase(log);
+  for (auto at = fetches_.find({log, held(log)}); at != fetches_.end() && at->second.complete;
+       at = fetches_.find({log, held(log)})) {
+    if (refused(log)) return;
+    const RecordId id = at->first;
+    const Fetch& fetch = at->second;
+    // The body is copied only because the store may refuse it: then it must survive for the next try.
+    if (auto kept = store_.append({id, fetch.assembly.kind(), fetch.assembly.body()}); !kept) {
+      counters_.refuse(Refusal::store_refused);
+      blocked_[log] = {now + kStoreRetry, kept.error().text()};
+      return;
+    }
+    ++counters_.records_received;
+    stored_.push_back({id, fetch.assembly.hops()});
+    used_bytes_ -= fetch.reserved_bytes;
+    fetches_.erase(at);
+  }
+}
+
+// What was welcome when it was asked for may not be any more.
+bool Fetcher::refused(const LogId& log) {
+  const Refusal verdict = judge_(log);
+  if (verdict == Refusal::count) return false;
+  counters_.refuse(verdict);
+  abandon([&](const LogId& other) { return other == log; });
+  return true;
+}
+
+}  // namespace onemap::comms

@@ -1,0 +1,26 @@
+#pragma once
+#include <cstdint>
+#include <map>
+
+#include "comms/wire/frames.hpp"
+#include "hal/base/record.hpp"
+
+namespace onemap::comms {
+
+// Body hashes of records that were served lately: a record is served fragment by fragment, and its hash goes with each.
+class HashCache {
+ public:
+  static constexpr std::size_t kCapacity = 1024;
+  std::uint64_t of(const Record& record) {
+    const auto at = hashes_.find(record.id);
+    if (at != hashes_.end()) return at->second;
+    if (hashes_.size() >= kCapacity) hashes_.clear();
+    return hashes_[record.id] = wire::body_hash(record.kind, record.body);
+  }
+  std::size_t size() const { return hashes_.size(); }
+
+ private:
+  std::map<RecordId, std::uint64_t> hashes_;
+};
+
+}  // namespace onemap::comms

@@ -1,0 +1,21 @@
+#include "peer/candidate.hpp"
+
+namespace onemap::comms {
+
+void Candidate::greeted(Instant now, const RobotId& who, std::uint64_t life, bool names_us, SplitMix& random) {
+  if (robot != who || incarnation != life) {
+    if (stays_until_ > now) return;
+    *this = {};
+    robot = who;
+    incarnation = life;
+  }
+  if (!names_us) {
+    beacon_due = true;
+    return;
+  }
+  if (token_ == 0) token_ = static_cast<std::uint32_t>(random.next() >> 32) | 1u;
+  ping_due = true;
+  stays_until_ = now + kNamedStays;
+}
+
+}  // namespace onemap::comms

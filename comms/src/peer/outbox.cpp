@@ -1,0 +1,68 @@
+#include "peer/outbox.hpp"
+
+#include <algorithm>
+
+namespace onemap::comms {
+
+namespace {
+constexpr auto kFullHaveGap = std::chrono::milliseconds(20);
+constexpr auto kLaterLifeGap = std::chrono::seconds(1);
+
+std::optional<Instant> earlier(std::optional<Instant> a, std::optional<Instant> b) {
+  if (!a || !b) return a ? a : b;
+  return std::min(*a, *b);
+}
+}  // namespace
+
+void Outbox::tell_later_life(Instant now, std::uint64_t incarnation) {
+  if (later_life_again_ > now) return;
+  later_life_due = incarnation;
+  later_life_again_ = now + kLaterLifeGap;
+}
+
+void Outbox::tell(const LogId& log, Instant at) {
+  changed_.insert(log);
+  have_at_ = earlier(have_at_, at);
+}
+
+void Outbox::told(Instant now, const std::vector<wire::HaveEntry>& entries, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) changed_.erase(entries[i].log);
+  if (changed_.empty()) have_at_.reset();
+  last_have_ = now;
+}
+
+bool Outbox::may_tell_all(Instant now) {
+  if (now < next_full_have_) return false;
+  next_full_have_ = now + kFullHaveGap;
+  return true;
+}
+
+void Outbox::want(const wire::WantEntry& entry, Instant at) {
+  wants_.push_back(entry);
+  want_at_ = earlier(want_at_, at);
+}
+
+void Outbox::wanted(Instant now, std::size_t count) {
+  wants_.erase(wants_.begin(), wants_.begin() + static_cast<std::ptrdiff_t>(count));
+  want_at_ = wants_.empty() ? std::nullopt : std::optional(now);
+}
+
+void Outbox::want_nothing() {
+  wants_.clear();
+  want_at_.reset();
+}
+
+bool Outbox::due(Instant now) const {
+  return later_life_due || have_request_due || have_due(now) || (want_at_ && *want_at_ <= now) ||
+         wants_.size() >= kManyWants;
+}
+
+std::optional<Instant> Outbox::next() const { return earlier(have_at_, want_at_); }
+
+void Outbox::fell_silent() {
+  changed_.clear();
+  have_at_.reset();
+  want_nothing();
+}
+
+}  // namespace onemap::comms

@@ -1,0 +1,52 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "comms/wire/frames.hpp"
+#include "hal/base/record.hpp"
+#include "hal/base/time.hpp"
+
+namespace onemap::comms {
+
+// What one peer is to be told, pings and record bodies aside, and when.
+class Outbox {
+ public:
+  static constexpr std::size_t kManyWants = 32;  // a full datagram of them does not wait
+
+  bool beacon_due = false;
+  bool have_request_due = false;
+  bool status_echo_due = false;  // what it said about itself is older than what others say that it said
+  RobotId status_cursor;         // where the next status frame starts
+
+  // Its author lives, and somebody offers records of a later life of it: once a second.
+  void tell_later_life(Instant now, std::uint64_t incarnation);
+  std::optional<std::uint64_t> later_life_due;
+
+  // HAVE: what changed since it was told.
+  void tell(const LogId& log, Instant at);
+  void told(Instant now, const std::vector<wire::HaveEntry>& entries, std::size_t count);
+  const std::set<LogId>& changed() const { return changed_; }
+  bool have_due(Instant now) const { return have_at_ && *have_at_ <= now; }
+  Instant last_have() const { return last_have_; }
+  bool may_tell_all(Instant now);  // at most every 20 ms
+
+  // WANT
+  void want(const wire::WantEntry& entry, Instant at);
+  void wanted(Instant now, std::size_t count);  // the first ones were sent
+  const std::vector<wire::WantEntry>& wants() const { return wants_; }
+  void want_nothing();
+
+  bool due(Instant now) const;          // more than a beacon
+  std::optional<Instant> next() const;  // something becomes due then
+  void fell_silent();                   // nothing of this concerns it any longer
+
+ private:
+  std::set<LogId> changed_;
+  std::optional<Instant> have_at_, want_at_;
+  Instant last_have_{}, next_full_have_{}, later_life_again_{};
+  std::vector<wire::WantEntry> wants_;
+};
+
+}  // namespace onemap::comms

@@ -1,0 +1,59 @@
+#include "peer/peer_frontier.hpp"
+
+#include <algorithm>
+
+#include "comms/frontier.hpp"
+
+namespace onemap::comms {
+
+using std::chrono::milliseconds;
+
+namespace {
+constexpr std::uint64_t kReordered = 64;  // datagrams that may overtake each other
+constexpr auto kRefusedRetry = std::chrono::seconds(4);
+constexpr auto kRequestGap = milliseconds(50);
+constexpr unsigned kPatientRequests = 6, kMostSteps = 5;  // then twice as long each time
+}  // namespace
+
+std::uint32_t PeerFrontier::count(const LogId& log) const {
+  const auto at = logs_.find(log);
+  return at == logs_.end() ? 0 : at->second;
+}
+
+bool PeerFrontier::raise(const LogId& log, std::uint32_t count) {
+  std::uint32_t& known = logs_[log];
+  if (count <= known) return false;
+  digest_ += entry_digest(log, count) - entry_digest(log, known);
+  known = count;
+  return true;
+}
+
+// A difference may go away by itself in a moment. That the peer speaks makes another try worth while, however many went
+// unanswered.
+void PeerFrontier::claim(Instant now, std::uint64_t datagram, std::uint64_t digest, Duration round_trip) {
+  if (datagram < claimed_in_ && claimed_in_ - datagram <= kReordered) return;
+  claimed_in_ = datagram;
+  claimed_ = digest;
+  if (digest == digest_) {
+    request_at_.reset();
+    requests_ = 0;
+    refused_some_ = false;
+    return;
+  }
+  const Instant at = not_too_often(now + kRequestGap + round_trip);
+  request_at_ = request_at_ ? std::min(*request_at_, at) : at;
+}
+
+void PeerFrontier::requested(Instant now, Duration round_trip) {
+  const unsigned steps = std::clamp(requests_, kPatientRequests, kPatientRequests + kMostSteps) - kPatientRequests;
+  last_request_ = now;
+  ++requests_;
+  request_at_ = not_too_often(now + (kRequestGap + 2 * round_trip) * (1u << steps));
+}
+
+// What was refused of its frontier will differ again.
+Instant PeerFrontier::not_too_often(Instant request) const {
+  return refused_some_ ? std::max(request, last_request_ + kRefusedRetry) : request;
+}
+
+}  // namespace onemap::comms

@@ -1,0 +1,164 @@
+// The parts of a peer that have rules of their own.
+#include "peer/peer.hpp"
+
+#include <gtest/gtest.h>
+
+#include "comms/frontier.hpp"
+#include "hash_cache.hpp"
+
+namespace onemap::comms {
+namespace {
+using namespace std::chrono_literals;
+
+const LogId kLog{RobotId::from_name("a"), 1, 1}, kOther{RobotId::from_name("b"), 1, 1};
+const Instant kStart{10s};
+
+TEST(PeerFrontier, CountsOnlyGrow) {
+  PeerFrontier frontier;
+  EXPECT_TRUE(frontier.raise(kLog, 3));
+  EXPECT_FALSE(frontier.raise(kLog, 2));
+  EXPECT_EQ(frontier.count(kLog), 3u);
+  EXPECT_EQ(frontier.count(kOther), 0u);
+  frontier.claim(kStart, 1, entry_digest(kLog, 3), 0ms);
+  EXPECT_FALSE(frontier.next_request());
+}
+
+TEST(PeerFrontier, ADifferenceIsRequestedSoonAndThenMoreSeldom) {
+  PeerFrontier frontier;
+  frontier.claim(kStart, 1, 77, 20ms);
+  EXPECT_EQ(frontier.next_request(), kStart + 70ms);
+  Instant now = *frontier.next_request();
+  for (int k = 0; k < 7; ++k) frontier.requested(now, 20ms);
+  EXPECT_EQ(frontier.next_request(), now + 90ms);
+  for (int k = 0; k < 20; ++k) frontier.requested(now, 20ms);
+  EXPECT_EQ(frontier.next_request(), now + 32 * 90ms);
+  frontier.claim(now, 2, 77, 20ms);
+  EXPECT_EQ(frontier.next_request(), now + 70ms) << "it speaks";
+  frontier.claim(now, 3, 0, 20ms);
+  EXPECT_FALSE(frontier.next_request()) << "nothing is what we know of";
+}
+
+TEST(PeerFrontier, OvertakenClaimsDoNotCount) {
+  PeerFrontier frontier;
+  frontier.claim(kStart, 100, 7, 0ms);
+  frontier.claim(kStart, 99, 8, 0ms);
+  EXPECT_EQ(frontier.claimed_digest(), 7u);
+  frontier.claim(kStart, 20, 9, 0ms);
+  EXPECT_EQ(frontier.claimed_digest(), 9u) << "so far back it was no overtaking: the peer counts from elsewhere";
+}
+
+TEST(PeerFrontier, WhatWasRefusedIsNotRequestedAtEachWord) {
+  PeerFrontier frontier;
+  frontier.refused_some();
+  frontier.claim(kStart, 1, 7, 0ms);
+  frontier.requested(*frontier.next_request(), 0ms);
+  const Instant first = *frontier.next_request();
+  EXPECT_GE(first, kStart + 4s);
+  frontier.claim(kStart + 1s, 2, 7, 0ms);
+  EXPECT_EQ(frontier.next_request(), first);
+}
+
+TEST(Outbox, WantsWaitForCompanyAndManyDoNot) {
+  Outbox box;
+  EXPECT_FALSE(box.due(kStart));
+  EXPECT_FALSE(box.next());
+  box.want({{kLog, 0}, 0, 1}, kStart + 2ms);
+  EXPECT_FALSE(box.due(kStart));
+  EXPECT_EQ(box.next(), kStart + 2ms);
+  EXPECT_TRUE(box.due(kStart + 2ms));
+  for (std::size_t k = 0; k < Outbox::kManyWants; ++k) box.want({{kLog, 0}, 0, 1}, kStart + 2ms);
+  EXPECT_TRUE(box.due(kStart));
+  box.wanted(kStart, 30);
+  EXPECT_EQ(box.wants().size(), 3u);
+  EXPECT_TRUE(box.due(kStart)) << "what did not fit follows at once";
+  box.want_nothing();
+  EXPECT_FALSE(box.due(kStart + 1s));
+}
+
+TEST(Outbox, TellsEachChangeOnce) {
+  Outbox box;
+  box.tell(kLog, kStart + 5ms);
+  box.tell(kOther, kStart + 50ms);
+  EXPECT_FALSE(box.have_due(kStart));
+  EXPECT_TRUE(box.have_due(kStart + 5ms));
+  box.told(kStart + 5ms, {{kLog, 1}, {kOther, 1}}, 1);
+  EXPECT_EQ(box.changed().size(), 1u);
+  box.told(kStart + 5ms, {{kOther, 1}}, 1);
+  EXPECT_FALSE(box.have_due(kStart + 1s));
+  EXPECT_EQ(box.last_have(), kStart + 5ms);
+  EXPECT_TRUE(box.may_tell_all(kStart));
+  EXPECT_FALSE(box.may_tell_all(kStart + 19ms));
+  EXPECT_TRUE(box.may_tell_all(kStart + 20ms));
+}
+
+TEST(Outbox, LaterLivesAreToldOnceASecond) {
+  Outbox box;
+  box.tell_later_life(kStart, 8);
+  ASSERT_EQ(box.later_life_due, 8u);
+  box.later_life_due.reset();
+  box.tell_later_life(kStart + 999ms, 9);
+  EXPECT_FALSE(box.later_life_due);
+  box.tell_later_life(kStart + 1s, 9);
+  EXPECT_EQ(box.later_life_due, 9u);
+}
+
+TEST(Pings, OnlyTheLastQuestionIsAnsweredAndOnce) {
+  Pings pings;
+  pings.due = true;
+  pings.sent(kStart);
+  EXPECT_FALSE(pings.due);
+  EXPECT_EQ(pings.next(), kStart + Pings::kGap);
+  pings.sent(kStart + 200ms);
+  EXPECT_FALSE(pings.answered(kStart + 230ms, 1)) << "the one before";
+  EXPECT_EQ(pings.answered(kStart + 230ms, 2), Duration(30ms));
+  EXPECT_FALSE(pings.answered(kStart + 240ms, 2));
+}
+
+TEST(Session, CountsGoOnWhenAnotherSpeaks) {
+  Session session;
+  EXPECT_EQ(session.next_header(5, 6), (wire::Header{wire::DatagramType::unicast, 5, 6, 1}));
+  Session::Arrival arrival;
+  EXPECT_EQ(session.accept({wire::DatagramType::unicast, 6, 5, 9}, arrival), Refusal::count);
+  EXPECT_EQ(session.accept({wire::DatagramType::group, 6, 0, 9}, arrival), Refusal::count) << "counted apart";
+  EXPECT_FALSE(arrival.unicast);
+  EXPECT_EQ(session.accept({wire::DatagramType::unicast, 6, 5, 9}, arrival), Refusal::duplicate);
+  EXPECT_EQ(session.accept({wire::DatagramType::unicast, 6, 5, 9000}, arrival), Refusal::counter_jump);
+  session.begin_again();
+  EXPECT_EQ(session.accept({wire::DatagramType::unicast, 7, 5, 1}, arrival), Refusal::count);
+  EXPECT_EQ(session.next_header(5, 7).counter, 2u);
+  EXPECT_TRUE(Session::proves({wire::DatagramType::unicast, 7, 5, 1}, 5));
+  EXPECT_FALSE(Session::proves({wire::DatagramType::unicast, 7, 4, 1}, 5));
+  EXPECT_FALSE(Session::proves({wire::DatagramType::group, 7, 5, 1}, 5));
+}
+
+TEST(Peer, BecomesWhoStandsBesideIt) {
+  Peer peer;
+  SplitMix random(1);
+  peer.configured = peer.ever_heard = true;
+  peer.bytes_in = 9;
+  peer.who = {RobotId::from_name("a"), 5, true, true, kStart};
+  peer.frontier.raise(kLog, 3);
+  peer.candidate.greeted(kStart, RobotId::from_name("b"), 6, true, random);
+  peer.become(peer.candidate.robot, peer.candidate.incarnation);
+  EXPECT_EQ(peer.who.robot, RobotId::from_name("b"));
+  EXPECT_EQ(peer.who.incarnation, 6u);
+  EXPECT_FALSE(peer.who.alive || peer.who.proved);
+  EXPECT_EQ(peer.frontier.count(kLog), 0u);
+  EXPECT_EQ(peer.candidate.incarnation, 0u);
+  EXPECT_TRUE(peer.configured && peer.ever_heard);
+  EXPECT_EQ(peer.bytes_in, 9u);
+}
+
+TEST(HashCache, IsBoundedAndRight) {
+  HashCache cache;
+  Record record{{kLog, 0}, 4, {1, 2, 3}};
+  EXPECT_EQ(cache.of(record), wire::body_hash(4, record.body));
+  for (std::uint32_t k = 0; k < 5000; ++k) {
+    record.id.seq = k;
+    cache.of(record);
+    ASSERT_LE(cache.size(), HashCache::kCapacity);
+  }
+}
+
+}  // namespace
+}  // namespace onemap::comms
