@@ -267,6 +267,29 @@ Camera make_camera(const Scene& scene, View view, float aspect) {
   return view == View::plan ? see_plan(scene, samples, down, aspect) : see_all(scene, samples, down, aspect);
 }
 
+Camera with_room_to_turn(const Scene& scene, const Camera& camera, float aspect) {
+  const glm::vec3 up = to_glm(up_of(scene));
+  const float tan_y = std::tan(0.5f * camera.fov_y_rad) / kMargin;
+  const Frame seen = make_frame(camera.target - camera.eye, up);
+  std::vector<Sample> samples = sample_map(scene, seen);
+  add_robots(scene, samples);
+  float distance = glm::distance(camera.eye, camera.target), radius = 0;
+  for (int i = 0; i < 24; ++i) {
+    const Camera side = turned_about_target(camera, {up.x, up.y, up.z}, static_cast<float>(i) / 24);
+    const Frame frame = make_frame(side.target - side.eye, up);
+    for (const Sample& s : samples) {
+      const glm::vec3 p = s.point - camera.target;
+      radius = std::max(radius, glm::length(p));
+      const float aside = std::abs(glm::dot(p, frame.right)) / (tan_y * aspect);
+      distance =
+          std::max(distance, std::max(aside, std::abs(glm::dot(p, frame.up)) / tan_y) - glm::dot(p, frame.forward));
+    }
+  }
+  Camera out = look(scene, camera.target - seen.forward * distance, seen, distance);
+  out.far_m = std::max(out.far_m, 1.05f * (distance + radius));
+  return out;
+}
+
 Camera make_camera(const Scene& scene, const glm::vec3& eye, const glm::vec3& target) {
   const glm::vec3 up = to_glm(up_of(scene));
   const float distance = glm::distance(eye, target);

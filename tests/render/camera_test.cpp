@@ -117,6 +117,19 @@ TEST(Viewpoint, front_and_follow_stand_behind_the_first_robots_keyframes) {
   EXPECT_TRUE(in_view(follow, {0, 0, 2}));
 }
 
+TEST(Viewpoint, a_turntable_shows_all_from_every_side) {
+  const Scene scene = test::room_scene();
+  const Camera camera = with_room_to_turn(scene, make_camera(scene, View::fit, kAspect), kAspect);
+  for (int i = 0; i < 12; ++i) {
+    const Camera side = turned_about_target(camera, {0, -1, 0}, static_cast<float>(i) / 12);
+    for (std::size_t v = 0; v < scene.mesh.vertices.size(); ++v) {
+      if (drawn(scene, v, side)) {
+        EXPECT_TRUE(in_view(side, scene.mesh.vertices[v])) << i;
+      }
+    }
+  }
+}
+
 bool sane(const Camera& camera) {
   const glm::mat4 m = camera.projection(kAspect) * camera.view();
   for (int c = 0; c < 4; ++c)

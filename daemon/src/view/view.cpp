@@ -80,7 +80,8 @@ class Pictures {
   }
 
   Status turntable(const render::Scene& scene) const {
-    const render::Camera first = camera_for(options_, scene);
+    const float aspect = static_cast<float>(options_.style.width_px) / static_cast<float>(options_.style.height_px);
+    const render::Camera first = with_room_to_turn(scene, camera_for(options_, scene), aspect);
     const mapping::Vector3f up = render::up_of(scene);
     const auto count = static_cast<std::size_t>(options_.turntable);
     for (std::size_t i = 0; i < count; ++i) {

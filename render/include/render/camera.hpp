@@ -42,6 +42,9 @@ Camera make_camera(const Scene& scene, View view, float aspect);
 // From the same height and tilt as `camera`, turned about the vertical through its target by so many turns.
 Camera turned_about_target(const Camera& camera, const mapping::Vector3f& up, float turns);
 
+// `camera` at such a distance from its target that the whole map is in view from all sides of a turn.
+Camera with_room_to_turn(const Scene& scene, const Camera& camera, float aspect);
+
 // Looks from eye to target with the scene's up (if the two are parallel: some other up); near and far enclose the
 // scene.
 Camera make_camera(const Scene& scene, const glm::vec3& eye, const glm::vec3& target);
