@@ -121,7 +121,8 @@ TEST(Gltf, refuses_points_that_are_nowhere_and_torn_maps) {
   EXPECT_FALSE(write_glb("/tmp/never.glb", scene).ok());
   written = write_glb("/no/such/folder/a.glb", cloud_scene());
   ASSERT_FALSE(written.ok());
-  EXPECT_EQ(written.error().text(), "/no/such/folder/a.glb: cannot write: No such file or directory");
+  EXPECT_EQ(written.error().text(),
+            "/no/such/folder/a.glb: cannot write: folder '/no/such/folder': No such file or directory");
 }
 
 TEST(Gltf, broken_files_give_errors_and_valid_meshes_only) {

@@ -42,7 +42,8 @@ TEST(Png, errors_name_the_path) {
   EXPECT_FALSE(encode_png(torn).ok());
   const auto missing = write_png("/no/such/folder/a.png", pattern(4, 4));
   ASSERT_FALSE(missing.ok());
-  EXPECT_EQ(missing.error().text(), "/no/such/folder/a.png: cannot write: No such file or directory");
+  EXPECT_EQ(missing.error().text(),
+            "/no/such/folder/a.png: cannot write: folder '/no/such/folder': No such file or directory");
 }
 
 }  // namespace
