@@ -284,6 +284,21 @@ TEST_F(V4l2, AnErrorOfTheStreamReopensIt) {
   EXPECT_EQ(camera->grab(frame, 10s), Grab::frame) << camera->last_error().text();
 }
 
+TEST_F(V4l2, AnotherCameraAtTheSamePortIsNotTheOneThatLeft) {
+  machine_.add(1, 0, depth_node(), colour_node());
+  const auto camera = open(address());
+  ASSERT_TRUE(camera);
+  FramePool pool(camera->intrinsics(), 1);
+  Frame frame = pool.acquire();
+  ASSERT_EQ(camera->grab(frame, 10s), Grab::frame);
+  machine_.camera(0).unplug();
+  machine_.add(1, 2, depth_node(), colour_node(), "8086:0ad3");
+  Grab grab = Grab::frame;
+  for (int i = 0; i < 20; ++i) grab = camera->grab(frame, 20ms);
+  EXPECT_EQ(grab, Grab::gone);
+  EXPECT_THAT(camera->last_error().text(), HasSubstr("another device, 8086:0ad3 S1, is plugged in"));
+}
+
 TEST_F(V4l2, ColourIsFoundOnTheSameDeviceAndGreyIsTheLastChoice) {
   machine_.add(1, 0, depth_node(), colour_node({kGrey}));
   machine_.add(2, 2, colour_node({kGrey}), colour_node());  // a webcam, not of this device

@@ -110,6 +110,9 @@ Result<Device> find_again(const Device& device) {
     if (!colour && place.same_socket(device.colour)) found.colour = place, colour = true;
   }
   if (!depth || !colour) return Error{device.depth.path, "nothing is plugged in where the camera was"};
+  if (found.depth.usb_id != device.depth.usb_id || found.depth.serial != device.depth.serial)
+    return Error{found.depth.path, fmt::format("another device, {} {}, is plugged in where the camera was",
+                                               found.depth.usb_id, found.depth.serial)};
   return found;
 }
 

@@ -19,7 +19,8 @@ struct Device {
 // or the one with the best colours on the same device.
 Result<Device> find_device(const V4l2Address& address);
 
-// The nodes at the same sockets as before: a device that was plugged in again has other numbers.
+// The nodes at the same sockets as before: a device that was plugged in again has other numbers. Another device there
+// is an error, for its lenses are others.
 Result<Device> find_again(const Device& device);
 
 // The file that the address names, else the shipped nominal calibration of the model. source: for people.
