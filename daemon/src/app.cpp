@@ -183,10 +183,12 @@ Exit App::verdict(End end, const Status& written) {
   if (radio_ && config_.once) {
     const RadioView radio = radio_->view();
     for (const std::string& peer : radio.peers_never_heard) log_.line("peer {} was never heard", peer);
+    if (radio.left_out > 0)
+      log_.line("the map is without {} records of this robot: the store had no room", radio.left_out);
     const std::set<RobotId> cut_short = team_->view().cut_short;
     if (!cut_short.empty()) log_.line("the map is without the rest of {}: silent to the end", names(cut_short));
     complete = complete && standing_.agreed && radio.peers_never_heard.empty() && radio.id_also_used_at.empty() &&
-               cut_short.empty();
+               radio.left_out == 0 && cut_short.empty();
     if (!standing_.agreed && !standing_.waiting.empty()) log_.line("{}", standing_.waiting);
   }
   log_.line("{}; everything is in {}", complete ? "done" : "unfinished", config_.out);

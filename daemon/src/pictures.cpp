@@ -88,7 +88,7 @@ class Drawing {
   void read_size() {
     // "FILE: N points, ..." is the first thing that it says.
     const std::string text = output();
-    const std::string_view rest = std::string_view(text).substr(std::min(text.size(), input_.size()));
+    const std::string_view rest = std::string_view(text).substr(std::min(text.size(), printable(input_).size()));
     unsigned long long vertices = 0;
     if (std::sscanf(std::string(rest).c_str(), ": %llu points", &vertices) != 1)  // NOLINT(cert-err34-c)
       result_.status = Error{stem_, "drawing did not say what it wrote"};

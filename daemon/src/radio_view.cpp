@@ -44,6 +44,7 @@ void Radio::update_view(Instant now) {
   const std::set<RobotId> incomplete = node_->incomplete();
   for (const auto& [robot, sign] : view.last_sign)
     if (!incomplete.contains(robot)) view.records_complete.insert(robot);
+  view.left_out = published_.refused;
   view.store_full = node_->store_full();
   view.robots_heard = view.last_sign.size();
   view.neighbours_heard = alive_.size();
