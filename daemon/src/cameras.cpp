@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "hal/backends/libusb.hpp"
 #include "hal/backends/openni2.hpp"
 #include "hal/backends/replay.hpp"
 #include "hal/backends/simulated.hpp"
@@ -22,6 +23,7 @@ constexpr std::array kBackends{
     hal::Backend{"openni2",
                  "PrimeSense, Xtion, Kinect-class devices and .oni files: openni2:, openni2:URI or openni2:FILE.oni",
                  hal::open_openni2, hal::list_openni2},
+    hal::Backend{"libusb", "Kinect v1 on USB: libusb: or libusb:SERIAL", hal::open_libusb, hal::list_libusb},
 };
 }  // namespace
 
