@@ -42,6 +42,7 @@ class RoomDriver final : public oni::driver::DriverBase {
     const std::lock_guard lock(mutex_);
     for (auto& [name, socket] : sockets_) {
       if (name_of(uri) != name || !socket.plugged || socket.open) continue;
+      if (!socket.feed) socket.feed = std::make_shared<RoomFeed>(socket.file);  // a room takes a while to paint
       socket.open = new RoomDevice(socket.file, socket.feed, folder_ / name);
       return socket.open;
     }
@@ -85,7 +86,6 @@ class RoomDriver final : public oni::driver::DriverBase {
     try {
       const std::lock_guard lock(mutex_);
       socket.file = read_device_file(file);
-      if (!socket.feed) socket.feed = std::make_shared<RoomFeed>(socket.file);
       fmt::format_to_n(socket.info.uri, ONI_MAX_STR - 1, "room://{}", file.stem().string());
       fmt::format_to_n(socket.info.vendor, ONI_MAX_STR - 1, "onemap");
       fmt::format_to_n(socket.info.name, ONI_MAX_STR - 1, "Simulated room");
