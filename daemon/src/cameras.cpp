@@ -4,6 +4,8 @@
 
 #include <array>
 
+#include "hal/backends/libusb.hpp"
+#include "hal/backends/openni2.hpp"
 #include "hal/backends/replay.hpp"
 #include "hal/backends/simulated.hpp"
 #include "hal/backends/v4l2.hpp"
@@ -18,6 +20,10 @@ constexpr std::array kBackends{
                  hal::open_simulated, hal::check_simulated},
     hal::Backend{"v4l2", "a UVC depth camera (RealSense, Orbbec): v4l2: or v4l2:/dev/videoN?calibration=FILE",
                  hal::open_v4l2, nullptr, hal::list_v4l2},
+    hal::Backend{"openni2",
+                 "PrimeSense, Xtion, Kinect-class devices and .oni files: openni2:, openni2:URI or openni2:FILE.oni",
+                 hal::open_openni2, nullptr, hal::list_openni2},
+    hal::Backend{"libusb", "Kinect v1 on USB: libusb: or libusb:SERIAL", hal::open_libusb, nullptr, hal::list_libusb},
 };
 }  // namespace
 

@@ -1,0 +1,57 @@
+#pragma once
+#include <libfreenect.h>
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include "address.hpp"
+#include "hal/base/result.hpp"
+#include "image_ring.hpp"
+#include "usb.hpp"
+
+namespace onemap::hal::libusb {
+
+constexpr int kWidth = 640, kHeight = 480;
+
+// libfreenect on our libusb context. Its calls are not safe beside each other, so the thread that handles the events
+// stands still while a device is opened or closed.
+class Freenect {
+ public:
+  static Result<std::unique_ptr<Freenect>> start(Usb& usb);
+  ~Freenect();
+  Freenect(const Freenect&) = delete;
+  Freenect& operator=(const Freenect&) = delete;
+
+  // Opens the Kinect with this number on the bus (Usb::kinects) and starts both streams into a new ring.
+  Status open(int index, std::optional<Registration> wanted);
+  void close();
+  bool is_open() const { return device_ != nullptr; }
+  // The bus or libfreenect says that the device is not there any more.
+  bool lost() const { return failed_ || usb_.left(); }
+
+  int devices();  // that libfreenect sees
+  ImageRing& images() { return *images_; }
+  Registration registration() const { return registration_; }
+  bool disparity() const { return disparity_; }  // depth comes as raw disparities, else in mm
+
+ private:
+  explicit Freenect(Usb& usb) : usb_(usb) {}
+  Status configure(std::optional<Registration> wanted);
+  Status start_streams();
+  void close_device();
+  void start_events();
+  void stop_events();
+
+  Usb& usb_;
+  freenect_context* context_ = nullptr;
+  freenect_device* device_ = nullptr;
+  std::unique_ptr<ImageRing> images_;
+  Registration registration_ = Registration::none;
+  bool disparity_ = false;
+  std::atomic<bool> stopping_ = false, failed_ = false;
+  std::thread events_;
+};
+
+}  // namespace onemap::hal::libusb

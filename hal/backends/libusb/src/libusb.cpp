@@ -1,0 +1,32 @@
+#include "hal/backends/libusb.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "address.hpp"
+#include "hal/base/text.hpp"
+#include "libusb_camera.hpp"
+#include "usb.hpp"
+
+namespace onemap::hal {
+
+Result<std::unique_ptr<DepthCamera>> open_libusb(const CameraAddress& address) {
+  auto parsed = libusb::parse_address(address);
+  if (!parsed) return parsed.error();
+  return libusb::LibusbCamera::open(std::move(*parsed));
+}
+
+std::vector<CameraInfo> list_libusb() {
+  std::vector<CameraInfo> all;
+  const auto usb = libusb::Usb::open();
+  if (!usb) return {{"libusb:", "USB", "", usb.error().reason}};
+  for (const libusb::Plugged& kinect : (*usb)->kinects())
+    all.push_back({printable("libusb:" + kinect.serial),
+                   fmt::format("Kinect v1, USB bus {} device {}", kinect.bus, kinect.address),
+                   "640x480 at 30 Hz, depth registered to colour", kinect.problem});
+  std::ranges::stable_partition(all, [](const CameraInfo& camera) { return camera.problem.empty(); });
+  return all;
+}
+
+}  // namespace onemap::hal

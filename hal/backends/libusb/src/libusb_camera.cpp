@@ -1,0 +1,189 @@
+#include "libusb_camera.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "hal/base/text.hpp"
+
+namespace onemap::hal::libusb {
+
+namespace {
+
+using std::chrono::milliseconds;
+
+// Half a frame's time at 30 Hz: an image's partner is never farther.
+constexpr Duration kMaxApart = std::chrono::microseconds(17000);
+constexpr milliseconds kLook{20};  // so often a wait looks whether the device has left
+constexpr double kDepthFocal_px = 580, kMillimetres = 1000;
+
+}  // namespace
+
+LibusbCamera::LibusbCamera(Address address, std::unique_ptr<Usb> usb, std::unique_ptr<Freenect> freenect)
+    : address_(std::move(address)),
+      usb_(std::move(usb)),
+      freenect_(std::move(freenect)),
+      pairs_(std::in_place, kMaxApart, kWaiting),
+      clock_(address_.clock_offset) {}
+
+Result<std::unique_ptr<DepthCamera>> LibusbCamera::open(Address address) {
+  auto usb = Usb::open();
+  if (!usb) return usb.error();
+  auto freenect = Freenect::start(**usb);
+  if (!freenect) return freenect.error();
+  std::unique_ptr<LibusbCamera> camera(new LibusbCamera(std::move(address), std::move(*usb), std::move(*freenect)));
+  if (const Status status = camera->connect(camera->address_.serial); !status) return status.error();
+  if (const Status status = camera->prepare(); !status) return status.error();
+  return std::unique_ptr<DepthCamera>(std::move(camera));
+}
+
+// libfreenect may see a device that is not on the bus: fakenect's.
+Status LibusbCamera::connect(const std::string& serial) {
+  const std::vector<Plugged> all = usb_->kinects();
+  const auto wanted = [&](const Plugged& k) { return serial.empty() || k.serial == serial; };
+  auto found = std::ranges::find_if(all, [&](const Plugged& k) { return wanted(k) && k.problem.empty(); });
+  if (found == all.end()) found = std::ranges::find_if(all, wanted);  // to say what is wrong with it
+  if (found == all.end() && (!all.empty() || freenect_->devices() < 1))
+    return Error{"camera address '" + address_.text + "'", serial.empty()
+                                                               ? std::string("no Kinect is connected")
+                                                               : "no Kinect with this serial number is connected"};
+  if (found != all.end()) {
+    if (!found->problem.empty())
+      return Error{fmt::format("camera libusb: (bus {} device {})", found->bus, found->address), found->problem};
+    usb_->watch(found->bus, found->address);
+    serial_ = found->serial;
+  }
+  const auto index = found == all.end() ? 0 : static_cast<int>(found - all.begin());
+  return freenect_->open(index, address_.registration);
+}
+
+Status LibusbCamera::prepare() {
+  colour_ = Intrinsics{};
+  colour_.depth_scale = kMillimetres;
+  if (!address_.calibration.keys().empty())
+    if (const Status status = address_.calibration.apply(colour_); !status) return status.error();
+  const Registration registration = freenect_->registration();
+  raw_.resize(static_cast<std::size_t>(kWidth) * kHeight);
+  if (registration == Registration::ours) {
+    Intrinsics depth;
+    depth.fx = depth.fy = kDepthFocal_px;
+    depth.depth_scale = colour_.depth_scale;
+    const imaging::ColourFromDepth pose{.translation_m = {-address_.baseline_m, 0, 0}};
+    registration_ = std::make_unique<imaging::DepthRegistration>(depth, colour_, pose);
+  }
+  constexpr std::array<std::string_view, 3> kRegistrations{"registered by the device", "registered by us",
+                                                           "taken as registered"};
+  description_ = printable(fmt::format(
+      "Kinect v1 by libusb{}{}, 640x480, depth {}, calibration: {}", serial_.empty() ? "" : ", serial number ", serial_,
+      kRegistrations[static_cast<std::size_t>(registration)], address_.calibration_source));
+  return success();
+}
+
+CameraCounters LibusbCamera::counters() const {
+  CameraCounters all = counters_;
+  all.unmatched += pairs_->unmatched();
+  return all;
+}
+
+Grab LibusbCamera::grab(Frame& into, milliseconds timeout) {
+  return freenect_->is_open() ? grab_connected(into, timeout) : grab_gone(into, timeout);
+}
+
+// Nothing reads a clock here: a wait that found nothing took its time, and one that found an image took none.
+Grab LibusbCamera::grab_connected(Frame& into, milliseconds timeout) {
+  for (milliseconds left = timeout;;) {
+    Outcome pair;
+    if (next_pair(pair)) return deliver(pair, into);
+    const milliseconds wait = std::clamp(left, milliseconds(0), kLook);
+    if (const auto image = freenect_->images().take(wait)) {
+      take(*image);
+      continue;
+    }
+    if (freenect_->lost()) return lose_device();
+    left -= wait;
+    if (left <= left.zero()) return Grab::timeout;
+  }
+}
+
+Grab LibusbCamera::lose_device() {
+  error_ = Error{"camera libusb:" + serial_, "was disconnected"};
+  counters_.unmatched += pairs_->unmatched();
+  pairs_.emplace(kMaxApart, kWaiting);
+  freenect_->close();
+  away_ = {};
+  return Grab::gone;
+}
+
+Grab LibusbCamera::grab_gone(Frame& into, milliseconds timeout) {
+  const bool back = reconnect() || (usb_->wait_for_arrival(timeout) && reconnect());
+  if (back) return grab_connected(into, timeout);
+  away_ += timeout;
+  return Grab::gone;
+}
+
+bool LibusbCamera::reconnect() {
+  const std::vector<Plugged> all = usb_->kinects();
+  const auto same = [&](const Plugged& k) { return k.problem.empty() && k.serial == serial_; };
+  if (std::ranges::none_of(all, same)) return false;
+  if (const Status status = connect(serial_); !status) {
+    error_ = status.error();
+    return false;
+  }
+  ticks_ = Ticks();
+  clock_.came_back(away_);
+  next_number_ = 0;
+  return true;
+}
+
+void LibusbCamera::take(const ImageRing::Image& image) {
+  if (image.stream == Stream::colour) {
+    counters_.missed += image.number - next_number_;
+    index_ += image.number + 1 - next_number_;
+    next_number_ = image.number + 1;
+    indices_[image.slot] = index_ - 1;
+  }
+  held(image.stream, image.slot) = image;
+  const imaging::PairByTime::Image named{clock_.at(ticks_.at(image.ticks)), image.slot};
+  if (image.stream == Stream::colour ? pairs_->add_colour(named) : pairs_->add_depth(named)) return;
+  freenect_->images().give_back(image);
+  ++counters_.unmatched;
+}
+
+bool LibusbCamera::next_pair(Outcome& pair) {
+  using Kind = imaging::PairByTime::Kind;
+  for (;;) {
+    pair = pairs_->next();
+    if (pair.kind == Kind::nothing) return false;
+    if (pair.kind == Kind::pair) return true;
+    const bool colour = pair.kind == Kind::lone_colour;
+    freenect_->images().give_back(
+        held(colour ? Stream::colour : Stream::depth, colour ? pair.colour.buffer : pair.depth.buffer));
+  }
+}
+
+Grab LibusbCamera::deliver(const Outcome& pair, Frame& into) {
+  ImageRing& images = freenect_->images();
+  const ImageRing::Image colour = held(Stream::colour, pair.colour.buffer);
+  const ImageRing::Image depth = held(Stream::depth, pair.depth.buffer);
+  const auto rgb = images.bytes(colour);
+  std::memcpy(into.rgb().data(), rgb.data(), rgb.size());
+  write_depth(images.bytes(depth), into.depth());
+  images.give_back(colour);
+  images.give_back(depth);
+  into.index = indices_[pair.colour.buffer];
+  into.colour_time = pair.colour.time;
+  into.depth_time = pair.depth.time;
+  ++counters_.frames;
+  return Grab::frame;
+}
+
+void LibusbCamera::write_depth(std::span<const std::uint8_t> bytes, std::span<std::uint16_t> depth) {
+  const std::span<std::uint16_t> first = registration_ ? std::span(raw_) : depth;
+  std::memcpy(first.data(), bytes.data(), bytes.size());
+  if (freenect_->disparity()) to_mm_.to_mm(first, first);
+  if (registration_) registration_->apply(first, depth);
+}
+
+}  // namespace onemap::hal::libusb

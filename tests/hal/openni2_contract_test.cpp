@@ -1,0 +1,44 @@
+#ifdef ONEMAP_OPENNI2_DIR  // else openni2_absent_test.cpp
+#include <filesystem>
+
+#include "hal/backends/openni2.hpp"
+#include "hal/camera_contract.hpp"
+#include "support/openni2_devices.hpp"
+
+// The OpenNI2 backend, on our driver in the real library, under the contract of all cameras.
+namespace onemap::hal {
+namespace {
+
+class OpenNi2Rig {
+ public:
+  static constexpr bool kLive = true;
+  OpenNi2Rig() {
+    plug();
+    devices_.plug("b", "room simulated:office?width=80&height=60\non_demand 1\n");
+  }
+  std::string missing() const { return ""; }
+  auto open(const std::string& address) const { return open_text(open_openni2, address); }
+  std::string address() const { return "openni2:room://a"; }
+  std::string other() const { return "openni2:room://b"; }
+  std::vector<std::pair<std::string, std::string>> wrong_addresses() const {
+    return {{"openni2:room://c", "room://c"},
+            {"openni2:/nowhere.oni", "/nowhere.oni"},
+            {"openni2:?speed=2", "unknown option 'speed'"},
+            {"openni2:?mode=1920x1080@30", "there is no mode 1920x1080@30"}};
+  }
+  void plug() {
+    resume();
+    devices_.plug("a", "room simulated:office?width=96&height=72\non_demand 1\n");
+  }
+  void unplug() { devices_.unplug("a"); }
+  void pause() { devices_.folder().write("a.paused", ""); }
+  void resume() { std::filesystem::remove(devices_.folder() / "a.paused"); }
+
+ private:
+  test::OpenNi2Devices devices_;
+};
+INSTANTIATE_TYPED_TEST_SUITE_P(OpenNi2, CameraContract, OpenNi2Rig);
+
+}  // namespace
+}  // namespace onemap::hal
+#endif

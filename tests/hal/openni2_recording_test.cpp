@@ -1,0 +1,143 @@
+#ifdef ONEMAP_OPENNI2_DIR  // else openni2_absent_test.cpp
+#include <OpenNI.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdlib>
+#include <vector>
+
+#include "hal/backends/openni2.hpp"
+#include "hal/backends/simulated.hpp"
+#include "support/openni2_devices.hpp"
+
+// What OpenNI2's recorder writes from a device of ours, played by OpenNI2's own driver for files.
+namespace onemap::hal {
+namespace {
+
+using namespace std::chrono_literals;
+
+const std::string kRoom = "simulated:office?seed=3&width=160&height=120";
+
+// As any program records: the device's own settings, mirrored; a step, then both images.
+void record(test::OpenNi2Devices& devices, const std::string& file, int frames) {
+  ASSERT_EQ(openni::OpenNI::initialize(), openni::STATUS_OK);
+  {
+    openni::Device device;
+    openni::VideoStream depth, colour;
+    openni::Recorder recorder;
+    ASSERT_EQ(device.open(openni::ANY_DEVICE), openni::STATUS_OK) << openni::OpenNI::getExtendedError();
+    ASSERT_EQ(depth.create(device, openni::SENSOR_DEPTH), openni::STATUS_OK);
+    ASSERT_EQ(colour.create(device, openni::SENSOR_COLOR), openni::STATUS_OK);
+    for (openni::VideoStream* stream : {&depth, &colour}) {
+      const auto& modes = stream->getSensorInfo().getSupportedVideoModes();
+      ASSERT_EQ(stream->setVideoMode(modes[2]), openni::STATUS_OK);
+    }
+    ASSERT_EQ(device.setImageRegistrationMode(openni::IMAGE_REGISTRATION_DEPTH_TO_COLOR), openni::STATUS_OK);
+    ASSERT_EQ(recorder.create(file.c_str()), openni::STATUS_OK);
+    ASSERT_EQ(recorder.attach(depth), openni::STATUS_OK);
+    ASSERT_EQ(recorder.attach(colour, false), openni::STATUS_OK);
+    ASSERT_EQ(recorder.start(), openni::STATUS_OK);
+    ASSERT_EQ(depth.start(), openni::STATUS_OK);
+    ASSERT_EQ(colour.start(), openni::STATUS_OK);
+    std::array<openni::VideoStream*, 2> streams{&depth, &colour};
+    for (int i = 0; i < frames; ++i) {
+      devices.step("a");
+      for (int image = 0; image < 2; ++image) {
+        int ready = 0;
+        ASSERT_EQ(openni::OpenNI::waitForAnyStream(streams.data(), 2, &ready, 20000), openni::STATUS_OK);
+        openni::VideoFrameRef frame;
+        ASSERT_EQ(streams[static_cast<std::size_t>(ready)]->readFrame(&frame), openni::STATUS_OK);
+      }
+    }
+    recorder.stop();
+    recorder.destroy();
+    depth.destroy();
+    colour.destroy();
+    device.close();
+  }
+  openni::OpenNI::shutdown();
+}
+
+struct Picture {
+  std::vector<std::uint8_t> rgb;
+  std::vector<std::uint16_t> depth;
+};
+
+std::vector<Picture> room_pictures(int frames) {
+  auto room = std::move(open_simulated(*parse_camera_address(kRoom))).value();
+  FramePool pool(room->intrinsics(), 1);
+  Frame frame = pool.acquire();
+  std::vector<Picture> out;
+  for (int i = 0; i < frames; ++i) {
+    EXPECT_EQ(room->grab(frame, 0ms), Grab::frame);
+    out.push_back({{frame.rgb().begin(), frame.rgb().end()}, {frame.depth().begin(), frame.depth().end()}});
+    for (std::uint16_t& value : out.back().depth) value = static_cast<std::uint16_t>(2 * value);  // 100 um
+  }
+  return out;
+}
+
+// When the machine is busy the library's recorder leaves images out, and stamps the first of each stream with its own
+// time: which picture of the room an image is, only its pixels tell.
+void expect_room(const std::string& file, int frames) {
+  auto camera = open_openni2(*parse_camera_address("openni2:" + file));
+  ASSERT_TRUE(camera.ok()) << camera.error().text();
+  const std::vector<Picture> room = room_pictures(frames);
+  EXPECT_NEAR((*camera)->intrinsics().fx, 525 / 4.0, 1e-3) << "the field of view is recorded";
+  FramePool pool((*camera)->intrinsics(), 1);
+  Frame got = pool.acquire();
+  std::vector<std::ptrdiff_t> colours;
+  Grab grab = Grab::timeout;
+  for (int tries = 0; grab != Grab::end && tries < 400; ++tries) {
+    grab = (*camera)->grab(got, 50ms);
+    ASSERT_TRUE(grab == Grab::frame || grab == Grab::timeout || grab == Grab::end) << (*camera)->last_error().text();
+    if (grab != Grab::frame) continue;
+    const auto colour = std::ranges::find_if(room, [&](auto& p) { return std::ranges::equal(p.rgb, got.rgb()); });
+    const auto depth = std::ranges::find_if(room, [&](auto& p) { return std::ranges::equal(p.depth, got.depth()); });
+    ASSERT_NE(colour, room.end()) << "not a picture of the room, frame " << got.index;
+    ASSERT_NE(depth, room.end()) << "not a depth image of the room, frame " << got.index;
+    EXPECT_LE(std::abs(colour - depth), 1);
+    if (!colours.empty()) {
+      EXPECT_GT(colour - room.begin(), colours.back());
+    }
+    colours.push_back(colour - room.begin());
+  }
+  EXPECT_EQ(grab, Grab::end);
+  EXPECT_GT(colours.size(), static_cast<std::size_t>(frames) / 3);
+}
+
+TEST(OpenNi2Recording, IsPlayedPixelForPixel) {
+  test::OpenNi2Devices devices;
+  devices.plug("a", "room " + kRoom + "\nsteps 1\nhundred_um 1\n");
+  const std::string file = devices.folder() / "room.oni";
+  record(devices, file, 12);
+  if (HasFatalFailure()) return;
+  devices.unplug("a");
+  expect_room(file, 12);
+}
+
+TEST(OpenNi2Recording, ThatBreaksOffSaysSoAndEnds) {
+  test::OpenNi2Devices devices;
+  devices.plug("a", "room " + kRoom + "\nsteps 1\n");
+  const std::string file = devices.folder() / "room.oni";
+  record(devices, file, 8);
+  if (HasFatalFailure()) return;
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) / 3);
+  auto camera = open_openni2(*parse_camera_address("openni2:" + file));
+  if (!camera.ok()) {  // the library may need what stood at its end
+    EXPECT_THAT(camera.error().text(), testing::HasSubstr("room.oni"));
+    return;
+  }
+  FramePool pool((*camera)->intrinsics(), 1);
+  Frame frame = pool.acquire();
+  std::vector<Grab> said;
+  for (int tries = 0; tries < 400 && (said.empty() || said.back() != Grab::end); ++tries)
+    if (const Grab grab = (*camera)->grab(frame, 100ms); grab != Grab::timeout) said.push_back(grab);
+  ASSERT_GE(said.size(), 2u);
+  EXPECT_EQ(said.back(), Grab::end);
+  EXPECT_LT((*camera)->counters().frames, 8u);
+}
+
+}  // namespace
+}  // namespace onemap::hal
+#endif
