@@ -88,7 +88,9 @@ TEST(Authorship, TheAuthorsGreetingStopsWhatIsOnItsWay) {
       },
       kLiar);
   EXPECT_TRUE(sim::first<wire::Want>(alone.sent()));
+  EXPECT_EQ(alone.node.records_missing(), 1u);
   alone.befriend("friend", 5);
+  EXPECT_EQ(alone.node.records_missing(), 0u) << "it is not waited for any longer";
   wire::Data data;
   data.id = {forged, 0};
   data.body_hash = wire::body_hash(0, {});

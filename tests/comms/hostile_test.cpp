@@ -139,6 +139,14 @@ TEST(Hostile, LogsThatOneNeighbourClaimsAreBounded) {
   evil.offer(entries);
   EXPECT_EQ(alone.node.records_missing(), 50u);
   EXPECT_EQ(alone.node.counters().of(Refusal::logs_full), 150u);
+  // And so are those that are held, whoever else brings more.
+  evil.serve();
+  EXPECT_EQ(alone.node.frontier().size(), 50u);
+  Evil other{alone, 6, Endpoint::ipv4(10, 0, 0, 6, 1)};
+  other.befriend("other");
+  other.offer({entries.begin() + 100, entries.end()});
+  other.serve();
+  EXPECT_EQ(alone.node.frontier().size(), 50u);
 }
 
 // HAVE with counts that nobody can hold: bounded memory, and an honest neighbour's records come as before.
