@@ -92,7 +92,7 @@ Status App::open_team() {
 
 void App::start() {
   if (radio_) {
-    const mapping::HelloRecord hello{config_.id, printable(config_.camera).substr(0, 200)};
+    const mapping::HelloRecord hello{config_.id, printable(printable(config_.camera).substr(0, 180))};
     radio_->publish({mapping::Lane::control, mapping::RecordKind::hello, encode(hello)});
     team_->start();
     radio_->start();
