@@ -97,6 +97,21 @@ TEST(Admission, AFloodOfForgedCandidatesDoesNotPushOutOneThatNamedUs) {
   EXPECT_EQ(neighbour(alone, kStranger).incarnation, 6u);
 }
 
+// Who does not know our life may be anybody: its words are not the neighbour's.
+TEST(Admission, WhatIsNotProvedIsNotRead) {
+  Alone alone;
+  alone.befriend("friend", 5);
+  const auto say = [&](std::uint64_t receiver, std::uint32_t counter) {
+    alone.hear(sim::datagram({wire::DatagramType::unicast, 5, receiver, counter}, [&](wire::Encoder& out) {
+      out.beacon({RobotId::from_name("friend"), 7, 8, 9, kStatusFinished});
+    }));
+    return neighbour(alone, kStranger).flags;
+  };
+  EXPECT_EQ(say(0, 2), 0);
+  EXPECT_EQ(say(Alone::kLife - 1, 3), 0);
+  EXPECT_EQ(say(Alone::kLife, 4), kStatusFinished);
+}
+
 TEST(Admission, ForgedGreetingsDoNotKeepADeadNeighbourAlive) {
   Alone alone;
   alone.befriend("friend", 5);
