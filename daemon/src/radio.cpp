@@ -204,6 +204,7 @@ void Radio::begin_new_life(Instant now) {
             life_.number());
   node_config_.incarnation = life_.number();
   node_ = std::make_unique<comms::Node>(node_config_, store_);
+  logged_refusals_ = {};  // a new node counts anew
   std::shared_ptr<const Record> known;
   while (node_->next_applied(known)) {  // everybody heard of these before
   }
