@@ -33,9 +33,12 @@ Point between(Point a, Point b, float t) { return {a.x + t * (b.x - a.x), a.y + 
 
 void draw_broken(Image& image, Point a, Point b, Color color, float width_px, float dash_px) {
   const float length = std::max(std::hypot(b.x - a.x, b.y - a.y), 1.0f);
-  for (float at = 0; at < length; at += 2 * dash_px)
+  const int dashes = static_cast<int>(std::ceil(length / (2 * dash_px)));
+  for (int i = 0; i < dashes; ++i) {
+    const float at = 2 * dash_px * static_cast<float>(i);
     draw_line(image, between(a, b, at / length), between(a, b, std::min(at + dash_px, length) / length), color,
               width_px);
+  }
 }
 
 void draw_centred(Image& image, Point middle, const std::string& text, float height_px, Color color) {

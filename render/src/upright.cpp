@@ -151,7 +151,8 @@ Vector3f fitted(const Vector3f& n, std::span<const Facet> facets) {
   if (count < 30) return n;
   mean /= count;
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(spread / count - mean * mean.transpose());
-  const Vector3d normal = solver.eigenvectors().col(0), widths = solver.eigenvalues();
+  const Vector3d normal = solver.eigenvectors().col(0);
+  const Vector3d& widths = solver.eigenvalues();
   const double along = normal.dot(n.cast<double>());
   if (!(std::abs(along) > kCosTrustedFit) || widths[0] > kMostFlatness * kMostFlatness * widths[1]) return n;
   return (along < 0 ? -normal : normal).cast<float>().normalized();
