@@ -110,6 +110,7 @@ std::vector<PictureResult> write_pictures(const std::vector<MapPicture>& picture
   drawings.reserve(pictures.size());
   for (const MapPicture& picture : pictures) drawings.push_back(std::make_unique<Drawing>(*program, picture, limits));
   std::vector<PictureResult> results;
+  results.reserve(drawings.size());
   for (const auto& drawing : drawings) results.push_back(drawing->wait(until));
   return results;
 }

@@ -8,8 +8,7 @@ namespace onemap::daemon {
 
 Pipeline::Pipeline(const Config& config, const hal::Intrinsics& intrinsics, BlockingQueue<hal::Frame>& frames,
                    Outbox outbox, Failures& failures, Log& log)
-    : config_(config),
-      frames_(frames),
+    : frames_(frames),
       failures_(failures),
       log_(log),
       mapper_(std::make_unique<mapping::LocalMapper>(config.mapper, intrinsics)) {

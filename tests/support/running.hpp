@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 
 #include "comms/udp/udp_port.hpp"
@@ -12,8 +13,11 @@
 
 namespace onemap::test {
 
+// A sanitizer's build is several times slower.
+inline constexpr int kPatience = std::string_view(ONEMAP_SANITIZE).empty() ? 1 : 6;
+
 inline bool wait_until(const std::function<bool()>& done, std::chrono::milliseconds limit) {
-  const auto end = std::chrono::steady_clock::now() + limit;
+  const auto end = std::chrono::steady_clock::now() + kPatience * limit;
   while (!done()) {
     if (std::chrono::steady_clock::now() > end) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -51,7 +55,7 @@ class Robot {
   }
   // What it exited with; -1: not within the time.
   int ends(std::chrono::seconds limit = std::chrono::seconds(60)) {
-    return process_->wait(limit) ? process_->exit_code() : -1;
+    return process_->wait(kPatience * limit) ? process_->exit_code() : -1;
   }
   int stop() {
     process_->terminate();

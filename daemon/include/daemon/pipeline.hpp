@@ -61,7 +61,6 @@ class Pipeline {
   void drain_submaps();
   Publisher::Sealed* slot();
 
-  const Config& config_;
   BlockingQueue<hal::Frame>& frames_;
   Failures& failures_;
   Log& log_;

@@ -45,7 +45,7 @@ void fill_row(const Rows& rows, std::size_t width, bool odd_row, std::uint8_t* r
 Status grey_to_rgb(const RawImage& image, std::span<std::uint8_t> rgb) {
   assert(rgb.size() == 3 * image.size.pixels());
   const auto width = static_cast<std::size_t>(std::max(0, image.size.width));
-  if (const Status status = check_rows(image, width); !status) return status;
+  if (Status status = check_rows(image, width); !status) return status;
   std::uint8_t* out = rgb.data();
   for (std::size_t v = 0; v < static_cast<std::size_t>(image.size.height); ++v)
     for (const std::uint8_t value : image.bytes.subspan(v * image.stride(width), width))
@@ -56,7 +56,7 @@ Status grey_to_rgb(const RawImage& image, std::span<std::uint8_t> rgb) {
 Status bayer_grbg_to_rgb(const RawImage& image, std::span<std::uint8_t> rgb) {
   assert(rgb.size() == 3 * image.size.pixels());
   const auto width = static_cast<std::size_t>(std::max(0, image.size.width));
-  if (const Status status = check_rows(image, width); !status) return status;
+  if (Status status = check_rows(image, width); !status) return status;
   const auto height = static_cast<std::size_t>(image.size.height);
   if (width < 2 || height < 2) return Error{"", "a mosaic has at least 2x2 pixels"};
   const auto row = [&](std::size_t v) { return image.bytes.data() + v * image.stride(width); };

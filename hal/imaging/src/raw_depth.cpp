@@ -17,7 +17,7 @@ Status z16_to_depth(const RawImage& image, std::span<std::uint16_t> depth) {
   static_assert(std::endian::native == std::endian::little, "rows are copied as they are");
   assert(depth.size() == image.size.pixels());
   const std::size_t width = static_cast<std::size_t>(std::max(0, image.size.width)), row_bytes = 2 * width;
-  if (const Status status = check_rows(image, row_bytes); !status) return status;
+  if (Status status = check_rows(image, row_bytes); !status) return status;
   for (std::size_t v = 0; v < static_cast<std::size_t>(image.size.height); ++v)
     std::memcpy(depth.data() + v * width, image.bytes.data() + v * image.stride(row_bytes), row_bytes);
   return success();

@@ -157,7 +157,8 @@ void DepthRegistration::keep_nearest(std::span<const std::uint16_t> depth, std::
                                      Counts& counts) const {
   const Footprints& f = footprints_;
   const auto columns = static_cast<std::size_t>(colour_.width);
-  const int least = std::max(1, static_cast<int>(kNearest_m * static_cast<float>(colour_.depth_scale) + 0.5f) + 1);
+  const int least =
+      std::max(1, static_cast<int>(std::lround(kNearest_m * static_cast<float>(colour_.depth_scale))) + 1);
   for (std::size_t i = 0; i < depth.size(); ++i) {
     if (depth[i] == 0) continue;
     ++counts.readings;

@@ -85,7 +85,7 @@ Status read_line(const std::vector<std::string_view>& words, int line, Numbers& 
   const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), given.value);
   if (code != std::errc{} || end != text.data() + text.size() || !std::isfinite(given.value))
     return Error{"", fmt::format("{}: '{}' is not a number", name, text)};
-  if (const Status status = check_number(*key, given.value); !status) return status;
+  if (Status status = check_number(*key, given.value); !status) return status;
   const auto [earlier, is_new] = numbers.emplace(name, given);
   if (!is_new) return Error{"", fmt::format("{} was given in line {}", name, earlier->second.line)};
   return success();

@@ -24,7 +24,7 @@ Status to_rgb(const RawImage& image, std::span<std::uint8_t> rgb) {
   assert(rgb.size() == 3 * image.size.pixels());
   if (image.size.width % 2 != 0) return Error{"", "an odd width, " + std::to_string(image.size.width)};
   const std::size_t row_bytes = 2 * static_cast<std::size_t>(std::max(0, image.size.width));
-  if (const Status status = check_rows(image, row_bytes); !status) return status;
+  if (Status status = check_rows(image, row_bytes); !status) return status;
   std::uint8_t* out = rgb.data();
   for (std::size_t v = 0; v < static_cast<std::size_t>(image.size.height); ++v) {
     const std::uint8_t* in = image.bytes.data() + v * image.stride(row_bytes);

@@ -25,7 +25,7 @@ std::vector<CameraInfo> list_libusb() {
     all.push_back({printable("libusb:" + kinect.serial),
                    fmt::format("Kinect v1, USB bus {} device {}", kinect.bus, kinect.address),
                    "640x480 at 30 Hz, depth registered to colour", kinect.problem});
-  std::ranges::stable_partition(all, [](const CameraInfo& camera) { return camera.problem.empty(); });
+  std::stable_partition(all.begin(), all.end(), [](const CameraInfo& camera) { return camera.problem.empty(); });
   return all;
 }
 

@@ -40,7 +40,7 @@ bool is_colour(PixelFormat format) { return !is_depth(format) && format != Pixel
 double units_per_metre(PixelFormat depth) { return depth == PixelFormat::depth_100_um ? 10000 : 1000; }
 
 Status decode_colour(PixelFormat format, const imaging::RawImage& image, bool mirrored, std::span<std::uint8_t> rgb) {
-  if (const Status status = unmirrored(format, image, rgb); !status || !mirrored) return status;
+  if (Status status = unmirrored(format, image, rgb); !status || !mirrored) return status;
   const auto width = static_cast<std::size_t>(image.size.width);
   for (std::size_t row = 0; row < image.size.pixels(); row += width) {
     std::uint8_t* pixels = rgb.data() + 3 * row;
@@ -51,7 +51,7 @@ Status decode_colour(PixelFormat format, const imaging::RawImage& image, bool mi
 }
 
 Status decode_depth(const imaging::RawImage& image, bool mirrored, std::span<std::uint16_t> depth) {
-  if (const Status status = imaging::z16_to_depth(image, depth); !status || !mirrored) return status;
+  if (Status status = imaging::z16_to_depth(image, depth); !status || !mirrored) return status;
   const auto width = static_cast<std::ptrdiff_t>(image.size.width);
   for (auto row = depth.begin(); row != depth.begin() + width * image.size.height; row += width)
     std::reverse(row, row + width);

@@ -82,6 +82,7 @@ std::vector<openni::DeviceInfo> connected_devices() {
   openni::Array<openni::DeviceInfo> devices;
   openni::OpenNI::enumerateDevices(&devices);
   std::vector<openni::DeviceInfo> out;
+  out.reserve(static_cast<std::size_t>(devices.getSize()));
   for (int i = 0; i < devices.getSize(); ++i) out.push_back(devices[i]);
   return out;
 }

@@ -130,7 +130,8 @@ Waypoint on_round(double rounds) {
   for (int i = 0; i < 4; ++i) {
     const auto index = static_cast<std::int64_t>(start) + i - 1 + kWaypoints;  // never negative
     const Waypoint& p = kRound[index % kWaypoints];
-    const auto turns = static_cast<double>(index / kWaypoints - 1);
+    const auto round = index / kWaypoints;
+    const double turns = static_cast<double>(round) - 1;
     sum.x += weights[i] * p.x;
     sum.y += weights[i] * p.y;
     sum.yaw += weights[i] * (p.yaw + 360 * turns);

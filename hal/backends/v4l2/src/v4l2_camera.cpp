@@ -229,7 +229,7 @@ Status V4l2Camera::fill_depth(std::uint32_t buffer, Frame& into, bool& lent) {
   if (!image.damage.empty()) return Error{"", image.damage};
   const imaging::RawImage raw{image.bytes, imaging::size_of(depth_), depth_stream_->mode().stride_bytes};
   const std::size_t row_bytes = 2 * static_cast<std::size_t>(depth_.width);
-  if (const Status status = imaging::check_rows(raw, row_bytes); !status) return status;
+  if (Status status = imaging::check_rows(raw, row_bytes); !status) return status;
   const bool as_it_is = raw.stride(row_bytes) == row_bytes && rig_.depth_none == 0;
   const std::span<const std::uint16_t> values(reinterpret_cast<const std::uint16_t*>(image.bytes.data()),
                                               raw.size.pixels());
@@ -244,7 +244,7 @@ Status V4l2Camera::fill_depth(std::uint32_t buffer, Frame& into, bool& lent) {
     return success();
   }
   const std::span<std::uint16_t> copy = registration_ ? std::span(plain_depth_) : into.depth();
-  if (const Status status = imaging::z16_to_depth(raw, copy); !status) return status;
+  if (Status status = imaging::z16_to_depth(raw, copy); !status) return status;
   if (rig_.depth_none != 0) imaging::clear_value(rig_.depth_none, copy);
   if (registration_) registration_->apply(copy, into.depth());
   return success();
