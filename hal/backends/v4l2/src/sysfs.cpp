@@ -76,6 +76,7 @@ std::vector<NodePlace> find_nodes() {
   }
   std::sort(names.begin(), names.end());
   std::vector<NodePlace> nodes;
+  nodes.reserve(names.size());
   for (const auto& [number, name] : names) nodes.push_back(look_at(name));
   return nodes;
 }

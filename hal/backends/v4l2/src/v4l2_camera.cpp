@@ -37,16 +37,17 @@ Result<std::unique_ptr<DepthCamera>> V4l2Camera::open(const V4l2Address& address
   auto timer = Timer::create();
   if (!timer) return timer.error();
   std::unique_ptr<V4l2Camera> camera(
-      new V4l2Camera(address, std::move(*device), std::move(*rig), std::move(source), std::move(timer).value()));
+      new V4l2Camera(address, std::move(*device), *rig, std::move(source), std::move(timer).value()));
   if (const Status status = camera->choose_sizes(); !status) return status.error();
   if (const Status status = camera->start(); !status) return status.error();
   return std::unique_ptr<DepthCamera>(std::move(camera));
 }
 
-V4l2Camera::V4l2Camera(V4l2Address address, Device device, imaging::RigCalibration rig, std::string source, Timer timer)
+V4l2Camera::V4l2Camera(V4l2Address address, Device device, const imaging::RigCalibration& rig, std::string source,
+                       Timer timer)
     : address_(std::move(address)),
       device_(std::move(device)),
-      rig_(std::move(rig)),
+      rig_(rig),
       calibration_source_(std::move(source)),
       timer_(std::move(timer)) {}
 

@@ -28,7 +28,7 @@ class V4l2Camera final : public DepthCamera {
   std::string description() const override;
 
  private:
-  V4l2Camera(V4l2Address address, Device device, imaging::RigCalibration rig, std::string source, Timer timer);
+  V4l2Camera(V4l2Address address, Device device, const imaging::RigCalibration& rig, std::string source, Timer timer);
   Status choose_sizes();
   Status start();  // both streams, from the nodes of device_
   bool come_back();

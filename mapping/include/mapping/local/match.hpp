@@ -35,7 +35,7 @@ class Matcher {
   bool accepted(const TwoNearest& n) const;
 
   MatchConfig config_;
-  std::size_t capacity_;
+  [[maybe_unused]] std::size_t capacity_;  // only asserted
   bool simd_;
   DescriptorKind kind_ = DescriptorKind::surf;
   std::vector<TwoNearest> forward_, backward_;

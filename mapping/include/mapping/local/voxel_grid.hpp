@@ -31,8 +31,8 @@ class VoxelGrid {
   Cell& cell_of(std::uint64_t key);
 
   float leaf_m_;
-  std::size_t max_points_;
-  std::size_t used_ = 0;  // cells of the current call
+  [[maybe_unused]] std::size_t max_points_;  // only asserted
+  std::size_t used_ = 0;                     // cells of the current call
   std::vector<Cell> cells_;
   std::vector<Order> order_;
   std::vector<std::uint32_t> slots_;
