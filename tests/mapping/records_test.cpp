@@ -336,7 +336,7 @@ TEST(Records, ASubmapsHeaderTellsWhatDecodingCosts) {
   expect_refused(decode_submap(body), "more content than the blocks can need");
   body[12] = 200;
   expect_refused(decode_submap_header(body), "more than the content holds");
-  body.resize(body.size() - 1);
+  body.pop_back();
   expect_refused(decode_submap_header(body), "blocks");
 }
 
