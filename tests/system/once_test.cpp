@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "support/program.hpp"
+#include "support/running.hpp"
 #include "support/trajectory.hpp"
 
 namespace onemap {
@@ -68,7 +69,7 @@ TEST(Once, SigtermStopsWithinTwoSecondsAndWritesWhatThereIs) {
   }
   ASSERT_TRUE(daemon.running()) << test::read_text(out / "log.txt");
   daemon.terminate();
-  ASSERT_TRUE(daemon.wait(std::chrono::seconds(2))) << test::read_text(out / "log.txt");
+  ASSERT_TRUE(daemon.wait(test::kPatience * std::chrono::seconds(2))) << test::read_text(out / "log.txt");
   EXPECT_EQ(daemon.exit_code(), 3) << "the stream was not over";
   EXPECT_GE(test::lines(out / "trajectory.txt"), 15u);
   expect_local_outputs(out / "");

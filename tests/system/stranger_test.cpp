@@ -102,7 +102,7 @@ TEST(StrangerTest, NamesThatAreNoNamesWriteNoFilesAndForgeNoLines) {
       EXPECT_EQ(victim.robot.stop(), 0) << victim.robot.log();
       return test::read_text(victim.robot.out() / "trajectory.txt");
     }();
-    EXPECT_GE(std::count(own.begin(), own.end(), '\n'), 30) << "the robot's own trajectory";
+    EXPECT_GE(std::count(own.begin(), own.end(), '\n'), 30 / test::kPatience) << "the robot's own trajectory";
     for (const std::string& file : files_below(victim.folder / ""))
       EXPECT_TRUE(file.starts_with("victim")) << file << " was written";
     EXPECT_FALSE(std::filesystem::exists(victim.robot.out() / "global/x.txt"));
@@ -139,7 +139,7 @@ TEST(StrangerTest, ARecordInTheRobotsOwnNameDoesNotEraseIt) {
         test::wait_until([&] { return victim.robot.status("state", std::string("tracking")) != "tracking"; }, 30s));
     const auto refused = victim.robot.status()["refused"];
     EXPECT_EQ(victim.robot.stop(), 0) << victim.robot.log();
-    EXPECT_GE(test::lines(victim.robot.out() / "trajectory.txt"), 30u);
+    EXPECT_GE(test::lines(victim.robot.out() / "trajectory.txt"), 30u / test::kPatience);
     EXPECT_THAT(victim.robot.log(), Not(HasSubstr("robot victim finished: 0 frames")));
     EXPECT_THAT(victim.robot.log(), testing::ContainsRegex("robot victim finished: [1-9]"));
     EXPECT_THAT(victim.robot.log(), HasSubstr("refused")) << "and it is said";

@@ -128,7 +128,8 @@ TEST(Team, FourRobotsAtOneDeskEndWithThePinnedMap) {
                 400) != 0)
     return;
   expect_one_map(out, 4);
-  for (const auto& robot : test::read_json(out / "report.json").at("robots")) {
+  const auto report = test::read_json(out / "report.json");
+  for (const auto& robot : report.at("robots")) {
     EXPECT_TRUE(robot.at("in_global_map").get<bool>()) << robot;
     EXPECT_EQ(robot.at("map_digest"), "a59180b246f8be35");
   }
@@ -141,8 +142,8 @@ TEST(Team, RecordedCutsOfOneDeskBecomeOneMap) {
   const std::string address = "replay:" + recording.string();
   if (run_fleet(out, {"--robot", address + ":0:120", "--robot", address + ":90:210", "--loss", "10%"}) != 0) return;
   expect_one_map(out, 2);
-  for (const auto& robot : test::read_json(out / "report.json").at("robots"))
-    EXPECT_TRUE(robot.at("in_global_map").get<bool>()) << robot;
+  const auto report = test::read_json(out / "report.json");
+  for (const auto& robot : report.at("robots")) EXPECT_TRUE(robot.at("in_global_map").get<bool>()) << robot;
 }
 
 }  // namespace
