@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/report.hpp"
+#include "hal/base/file.hpp"
 #include "hal/base/text.hpp"
-#include "render/file.hpp"
 
 namespace onemap::daemon {
 
@@ -65,15 +65,12 @@ Result<RobotStatus> status_from_json(const std::string& text, const std::string&
 }
 
 Result<RobotStatus> read_status(const std::string& file) {
-  auto bytes = render::read_file(file);
-  if (!bytes) return bytes.error();
-  return status_from_json(std::string(bytes->begin(), bytes->end()), file);
+  const auto text = read_text_file(file);
+  return text ? status_from_json(*text, file) : text.error();
 }
 
 Status write_status(const std::string& file, const RobotStatus& status) {
-  const std::string text = to_json(status);
-  // Written again in a moment: not worth a disk's turn.
-  return render::write_file(file, std::vector<std::uint8_t>(text.begin(), text.end()), render::Durable::no);
+  return write_text_file(file, to_json(status), Durable::no);  // written again in a moment: not worth a disk's turn
 }
 
 }  // namespace onemap::daemon

@@ -12,6 +12,7 @@
 #include "daemon/fleet/log_tail.hpp"
 #include "daemon/outputs.hpp"
 #include "hal/backends/simulated.hpp"
+#include "hal/base/file.hpp"
 #include "hal/base/text.hpp"
 
 namespace onemap::daemon {
@@ -44,7 +45,7 @@ Exit Fleet::run(StopSignals& signals) {
   if (end == End::stopped) say("stopped before all agreed");
   stop_robots();
   const Report report = collect(end == End::agreed);
-  const Status written = write_text(config_.out + "/report.json", to_json(report));
+  const Status written = write_text_file(config_.out + "/report.json", to_json(report));
   fmt::print("{}", to_text(report, config_.out));
   if (!written) say(written.error().text());
   return written ? verdict(end, report) : Exit::failed;
@@ -230,7 +231,7 @@ Status Fleet::write_truth(std::size_t number) const {
     text += fmt::format("{}.{:06} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", us / 1000000, us % 1000000, t[0],
                         t[1], t[2], q[0], q[1], q[2], q[3]);
   }
-  return write_text(folder(number) + "/groundtruth.txt", text);
+  return write_text_file(folder(number) + "/groundtruth.txt", text);
 }
 
 namespace {

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <utility>
 
-#include "hal/base/text_file.hpp"
+#include "hal/base/file.hpp"
 
 namespace onemap::hal::libusb {
 
@@ -46,7 +46,7 @@ Result<Address> parse_address(const CameraAddress& address) {
   const std::string place = "camera address '" + address.text + "'";
   const auto file = address.options.find("calibration");
   if (file != address.options.end()) {
-    const Result<std::string> text = read_text_file(file->second);
+    const Result<std::string> text = read_text_file(file->second, kSmallFileBytes);
     if (!text) return text.error();
     if (const Status status = parsed.calibration.parse(*text, file->second); !status) return status.error();
   }

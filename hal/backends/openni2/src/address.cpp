@@ -4,7 +4,7 @@
 #include <charconv>
 #include <utility>
 
-#include "hal/base/text_file.hpp"
+#include "hal/base/file.hpp"
 
 namespace onemap::hal::openni2 {
 
@@ -55,7 +55,7 @@ Result<Address> parse_address(const CameraAddress& address) {
   parsed.clock_offset = address.clock_offset;
   const std::string place = "camera address '" + address.text + "'";
   if (const auto file = address.options.find("calibration"); file != address.options.end()) {
-    const Result<std::string> text = read_text_file(file->second);
+    const Result<std::string> text = read_text_file(file->second, kSmallFileBytes);
     if (!text) return text.error();
     if (const Status status = parsed.calibration.parse(*text, file->second); !status) return status.error();
     parsed.calibration_source = file->second;
