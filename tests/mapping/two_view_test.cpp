@@ -15,7 +15,7 @@ using test::make_matched_scene;
 using test::MatchedScene;
 
 FeatureCloud cloud(const std::vector<Vector3d>& points) {
-  test::SplitMix random(42);  // the same descriptors for both images
+  test::Random random(42);  // the same descriptors for both images
   FeatureCloud out;
   for (const Vector3d& p : points) {
     Descriptor d;
@@ -94,7 +94,7 @@ TEST(TwoView, SaysWhichStepFailed) {
   EXPECT_EQ(std::count(r.kept.begin(), r.kept.end(), 1), 0);
 
   Views deep(0);
-  test::SplitMix random(3);
+  test::Random random(3);
   for (Vector3d& p : deep.a.point) p *= random.uniform(0.3, 3);
   EXPECT_EQ(two_view.relate(deep.a, deep.b).reason, TwoViewReason::ransac_failed);
 }
