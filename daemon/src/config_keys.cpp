@@ -17,7 +17,6 @@ namespace onemap::daemon {
 namespace {
 
 using Limits = mapping::LocalMapperLimits;
-using mapping::Range;
 
 // Three names, so that a row of the table reads as a sentence.
 struct About {
