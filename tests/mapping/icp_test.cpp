@@ -44,7 +44,7 @@ TEST(Icp, FindsTheMotionInARoomOfPlanes) {
       const Pose motion = test::random_pose(random, 0.04, 0.03);
       const Pair pair = cast_pair(test::box_room(), target, target * motion, noisy ? &noise : nullptr);
       const IcpResult result = Icp({}).align(pair.target, downsampled(pair.source, 0.05f), Pose{});
-      EXPECT_TRUE(result.converged) << to_string(result.reason);
+      EXPECT_TRUE(result.converged) << static_cast<int>(result.reason);
       EXPECT_EQ(result.reason, IcpReason::converged);
       EXPECT_GT(result.inliers, 500);
       EXPECT_LT((result.T_target_source.t - motion.t).norm(), noisy ? 0.005 : 0.002);

@@ -41,7 +41,7 @@ TEST(TwoView, FindsTheMotionAndWhichMatchesSayIt) {
   TwoView two_view({}, 120);
   for (int call = 0; call < 2; ++call) {
     const TwoViewResult& r = two_view.relate(views.a, views.b);
-    ASSERT_EQ(r.reason, TwoViewReason::ok) << to_string(r.reason);
+    ASSERT_EQ(r.reason, TwoViewReason::ok) << static_cast<int>(r.reason);
     EXPECT_LT((r.T_b_a.t - views.scene.T_r_s.t).norm(), 0.01);
     EXPECT_LT(test::rotation_angle(r.T_b_a.R.transpose() * views.scene.T_r_s.R), 0.006);
     ASSERT_EQ(r.matches.size(), 120u);
