@@ -140,7 +140,7 @@ Status check_config(const Config& config) {
   if (!RobotId::valid_name(config.id))
     return Error{"id '" + config.id + "'", "expected 1 to 16 characters of A-Z a-z 0-9 _ . -, not starting with '.'"};
   if (auto status = check_mapper(config); !status) return status;
-  if (auto status = check_addresses(config.listen, config.peers, own_network()); !status) return status;
+  if (auto status = check_addresses(config.listen, config.peers, config.group, own_network()); !status) return status;
   return check_memory(config, memory_limit());
 }
 
