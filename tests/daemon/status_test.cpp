@@ -15,7 +15,7 @@ namespace onemap::daemon {
 namespace {
 
 TEST(Status, SurvivesTheFile) {
-  RobotStatus status;
+  DaemonStatus status;
   status.state = "merging";
   status.frames = 12;
   status.frames_expected = 40;
@@ -113,7 +113,7 @@ TEST(Trajectory, PrintsTheExactTimeAndTheComposedPose) {
 }
 
 TEST(Progress, BarsShowTheShare) {
-  RobotStatus status;
+  DaemonStatus status;
   status.frames = 50;
   status.frames_expected = 100;
   const std::string bar = Progress::bar("robot1", status);

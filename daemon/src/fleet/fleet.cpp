@@ -147,8 +147,8 @@ void Fleet::read_statuses() {
 
 bool Fleet::all_agree() const {
   // Robots without a way to each other agree among those that they know; the report then says whether maps are equal.
-  return std::ranges::all_of(statuses_, [](const RobotStatus& s) { return s.agreed && s.state == "settled"; }) &&
-         std::ranges::all_of(statuses_, [&](const RobotStatus& s) {
+  return std::ranges::all_of(statuses_, [](const DaemonStatus& s) { return s.agreed && s.state == "settled"; }) &&
+         std::ranges::all_of(statuses_, [&](const DaemonStatus& s) {
            return s.robots_known == statuses_.size() && s.map_digest == statuses_[0].map_digest;
          });
 }
@@ -185,7 +185,7 @@ Report Fleet::robot_report(std::size_t number) const {
     report->robots[0].failed = failed;
     return *report;
   }
-  const RobotStatus& status = statuses_[number];
+  const DaemonStatus& status = statuses_[number];
   RobotReport robot;
   robot.name = fleet_robot_name(number);
   robot.camera = config_.cameras[number];
