@@ -22,11 +22,9 @@ Status MemoryStore::append(Record record) {
   const LogId id = record.id.log;
   const auto log = logs_.find(id);
   const std::size_t next = log == logs_.end() ? 0 : log->second.size();
-  if (record.id.seq != next) {
-    ++refused_order_;
+  if (record.id.seq != next)
     return Error{name_of(id),
                  "record " + std::to_string(record.id.seq) + " is not the next, which is " + std::to_string(next)};
-  }
   const std::size_t cost = cost_of(record) + (next == 0 ? kLogBytes : 0);
   const std::size_t limit = limit_for(id.lane, budget_);
   if (used_ > limit || cost > limit - used_) return full(record);
@@ -36,8 +34,7 @@ Status MemoryStore::append(Record record) {
   return success();
 }
 
-Error MemoryStore::full(const Record& record) {
-  ++refused_full_;
+Error MemoryStore::full(const Record& record) const {
   const bool bulk = record.id.log.lane >= kFirstBulkLane;
   return {"the store is full",
           std::to_string(used_) + " of " + std::to_string(budget_) + " bytes (network.store_budget_mb) are used" +

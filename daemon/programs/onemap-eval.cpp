@@ -6,7 +6,7 @@
 
 #include "daemon/command_line.hpp"
 #include "evaluation/evaluation.hpp"
-#include "render/file.hpp"
+#include "hal/base/file.hpp"
 
 namespace {
 
@@ -24,14 +24,8 @@ constexpr const char* kDescription =
     "GT; without that file, / estimates), ATE as RMSE, median and maximum, and the RPE as RMSE.";
 constexpr const char* kFooter = "Exit status: 0 done, 1 a file cannot be used, 2 wrong options.";
 
-Result<std::string> read(const std::string& path) {
-  const auto bytes = render::read_file(path);
-  if (!bytes) return bytes.error();
-  return std::string(bytes->begin(), bytes->end());
-}
-
 Result<std::vector<TimedPose>> read_trajectory(const std::string& path) {
-  const Result<std::string> text = read(path);
+  const Result<std::string> text = read_text_file(path);
   if (!text) return text.error();
   return parse_trajectory(*text, path);
 }
@@ -44,7 +38,7 @@ Result<RobotTrajectories> read_robot(const std::string& estimate_path, const std
   RobotTrajectories robot{estimate_path, truth_path, std::move(*estimate), std::move(*truth), std::nullopt};
   const std::filesystem::path list = std::filesystem::path(truth_path).parent_path() / "associations.txt";
   if (!std::filesystem::exists(list)) return robot;
-  const Result<std::string> text = read(list.string());
+  const Result<std::string> text = read_text_file(list.string());
   if (!text) return text.error();
   robot.sequence_frames = count_listed_frames(*text);
   if (*robot.sequence_frames == 0) return Error{list.string(), "no frames"};

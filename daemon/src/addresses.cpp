@@ -108,6 +108,16 @@ Status check_peer(const std::string& address) {
   return success();
 }
 
+Status check_group(const std::string& address) {
+  if (address.empty()) return success();
+  const auto endpoint = comms::parse_endpoint(address);
+  if (!endpoint) return Error{"", endpoint.error().text()};
+  const bool multicast = endpoint->is_ipv4() && first_byte(*endpoint) >= 224 && first_byte(*endpoint) < 240;
+  if (!multicast) return Error{"", "\"" + address + "\" is no IPv4 multicast address (224.0.0.0 to 239.255.255.255)"};
+  if (endpoint->port == 0) return Error{"", "\"" + address + "\" has port 0: nobody would meet there"};
+  return success();
+}
+
 OwnNetwork own_network() {
   OwnNetwork own;
   ifaddrs* list = nullptr;
@@ -121,9 +131,13 @@ OwnNetwork own_network() {
   return own;
 }
 
-Status check_addresses(const std::string& listen, const std::vector<std::string>& peers, const OwnNetwork& own) {
+Status check_addresses(const std::string& listen, const std::vector<std::string>& peers, const std::string& group,
+                       const OwnNetwork& own) {
   const auto at = parse(listen.empty() ? "0.0.0.0:0" : listen);
   if (!at) return Error{"network.listen", at.error().reason};
+  if (auto status = check_group(group); !status) return Error{"network.group", status.error().reason};
+  if (!group.empty() && !at->is_ipv4())
+    return Error{"network.group", "\"" + group + "\" needs an IPv4 socket, and network.listen is " + listen};
   std::vector<Endpoint> known;
   for (const std::string& text : peers) {
     if (auto status = check_peer(text); !status) return Error{"network.peers", status.error().reason};

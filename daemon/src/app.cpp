@@ -195,8 +195,8 @@ Exit App::verdict(End end, const Status& written) {
   return complete || !config_.once ? Exit::done : Exit::unfinished;
 }
 
-RobotStatus App::status() const {
-  RobotStatus s;
+DaemonStatus App::status() const {
+  DaemonStatus s;
   const PipelineProgress progress = pipeline_->progress();
   s.frames = progress.frames;
   s.frames_expected = frames_expected_;

@@ -1,8 +1,10 @@
 #include "daemon/clock.hpp"
 
 #include <ctime>
-#include <fstream>
+#include <sstream>
 #include <string>
+
+#include "hal/base/file.hpp"
 
 namespace onemap::daemon {
 
@@ -24,7 +26,9 @@ Duration wall_clock_offset() { return read_clock(CLOCK_REALTIME) - read_clock(CL
 
 double peak_rss_mb() {
   // Not getrusage: after fork and exec its maximum also holds the parent's size.
-  std::ifstream status("/proc/self/status");
+  const auto text = read_text_file("/proc/self/status", kSmallFileBytes);
+  if (!text) return 0;
+  std::istringstream status(*text);
   for (std::string line; std::getline(status, line);)
     if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024.0;
   return 0;

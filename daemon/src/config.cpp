@@ -14,8 +14,8 @@
 #include "daemon/addresses.hpp"
 #include "daemon/config_key.hpp"
 #include "daemon/memory_limit.hpp"
+#include "hal/base/file.hpp"
 #include "hal/base/ids.hpp"
-#include "render/file.hpp"
 
 namespace onemap::daemon {
 
@@ -107,11 +107,10 @@ Result<Speed> parse_speed(const std::string& text) {
 }
 
 Status load_config(const std::string& file, Config& config) {
-  const auto bytes = render::read_file(file);
-  if (!bytes) return bytes.error();
+  const auto text = read_text_file(file);
+  if (!text) return text.error();
   try {
-    return set_all(file, toml::parse(std::string_view(reinterpret_cast<const char*>(bytes->data()), bytes->size())),
-                   config);
+    return set_all(file, toml::parse(*text), config);
   } catch (const toml::parse_error& error) {
     return at(file, error.source(), std::string(error.description()));
   }
@@ -141,7 +140,7 @@ Status check_config(const Config& config) {
   if (!RobotId::valid_name(config.id))
     return Error{"id '" + config.id + "'", "expected 1 to 16 characters of A-Z a-z 0-9 _ . -, not starting with '.'"};
   if (auto status = check_mapper(config); !status) return status;
-  if (auto status = check_addresses(config.listen, config.peers, own_network()); !status) return status;
+  if (auto status = check_addresses(config.listen, config.peers, config.group, own_network()); !status) return status;
   return check_memory(config, memory_limit());
 }
 

@@ -17,7 +17,6 @@ namespace onemap::daemon {
 namespace {
 
 using Limits = mapping::LocalMapperLimits;
-using mapping::Range;
 
 // Three names, so that a row of the table reads as a sentence.
 struct About {
@@ -176,11 +175,14 @@ void add_robot(std::vector<ConfigKey>& keys) {
 }
 
 void add_network(std::vector<ConfigKey>& keys) {
-  keys.push_back(text({"network", "listen", "UDP address to listen at; port 0: any; empty: with peers 0.0.0.0:0"},
+  keys.push_back(text({"network", "listen", "UDP address to listen at; port 0: any; empty: 0.0.0.0:0"},
                       "ADDR:PORT, such as 0.0.0.0:4600 or [::]:4600", &Config::listen, check_listen));
-  keys.push_back({"network", "peers", "neighbours to greet; none here and no listen: the robot is alone",
+  keys.push_back({"network", "peers", "neighbours to greet; none here, no listen and no group: the robot is alone",
                   "a list of ADDR:PORT, such as [\"10.0.0.2:4600\"]", set_peers,
                   [](const Config& config) { return config.peers; }});
+  keys.push_back(
+      text({"network", "group", "IPv4 multicast group where robots of one network find each other; empty: none"},
+           "ADDR:PORT from 224.0.0.0 to 239.255.255.255, such as 239.77.1.1:4600", &Config::group, check_group));
   keys.push_back(number<std::uint64_t>(
       {"network", "bytes_per_second", "bytes a second sent at most, to all neighbours"}, {10'000, 1'000'000'000},
       [](auto& c) -> auto& { return c.bytes_per_second; }));

@@ -6,6 +6,7 @@
 #include "daemon/saved_map.hpp"
 #include "daemon/standing.hpp"
 #include "daemon/team_picture.hpp"
+#include "hal/base/file.hpp"
 #include "render/png_writer.hpp"
 
 namespace onemap::daemon {
@@ -36,7 +37,7 @@ Status Harvest::write() {
     }));
   keep(guarded("pictures", [this] { return draw(); }));
   // The report comes last: who finds it finds everything else.
-  keep(guarded("report", [this] { return write_text(config_.out + "/report.json", to_json(report())); }));
+  keep(guarded("report", [this] { return write_text_file(config_.out + "/report.json", to_json(report())); }));
   return first_;
 }
 
@@ -60,7 +61,7 @@ void Harvest::say_costs() const {
 }
 
 Status Harvest::write_trajectories() const {
-  if (auto status = write_text(config_.out + "/trajectory.txt", trajectory_text(from_.pipeline.poses())); !status)
+  if (auto status = write_text_file(config_.out + "/trajectory.txt", trajectory_text(from_.pipeline.poses())); !status)
     return status;
   const auto solution = from_.team ? from_.team->map().solution() : std::nullopt;
   if (!solution) return success();
@@ -72,7 +73,7 @@ Status Harvest::write_trajectories() const {
     const std::string file = config_.out + "/global/" + solved.robot.name() + ".txt";
     const std::string text =
         trajectory_text(member->second.trajectory(), mapping::from_quantized(solved.T_global_robot));
-    if (auto status = write_text(file, text); !status) return status;
+    if (auto status = write_text_file(file, text); !status) return status;
   }
   return success();
 }

@@ -6,8 +6,7 @@
 #include <charconv>
 #include <filesystem>
 
-#include "daemon/outputs.hpp"
-#include "render/file.hpp"
+#include "hal/base/file.hpp"
 
 namespace onemap::daemon {
 
@@ -18,9 +17,9 @@ constexpr std::uint64_t kGreatest = std::uint64_t{1} << 63;  // beyond it is no 
 Result<std::uint64_t> read_number(const std::string& file) {
   std::error_code none;
   if (!std::filesystem::exists(file, none)) return std::uint64_t{0};
-  auto bytes = render::read_file(file);
-  if (!bytes) return bytes.error();
-  const std::string text(bytes->begin(), bytes->end());
+  const auto read = read_text_file(file, kSmallFileBytes);
+  if (!read) return read.error();
+  const std::string& text = *read;
   std::uint64_t number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   const bool whole = end == text.data() + text.size() || *end == '\n';
@@ -46,7 +45,7 @@ Status LifeCounter::begin_after(std::uint64_t outlived) { return keep(std::max(n
 
 Status LifeCounter::keep(std::uint64_t number) {
   number_ = number;
-  return write_text(file_, fmt::format("{}\n", number));
+  return write_text_file(file_, fmt::format("{}\n", number));
 }
 
 }  // namespace onemap::daemon

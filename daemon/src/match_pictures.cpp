@@ -38,7 +38,7 @@ Status MatchPictures::draw(const hal::FrameView& frame, const mapping::FeatureSe
   const render::MatchSide left{keyframe.rgb, width, height, keyframe.features, keyframe.index};
   const render::MatchSide right{frame.rgb, width, height, features, frame.index};
   return render::write_png(fmt::format("{}/{:06}-{:06}.png", folder_, keyframe.index, frame.index),
-                           render::draw_matches(left, right, matches, kept), render::Durable::no);
+                           render::draw_matches(left, right, matches, kept), Durable::no);
 }
 
 // Which matches obey one fundamental matrix (eq. 6); none when there is no such matrix.

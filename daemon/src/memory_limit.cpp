@@ -4,9 +4,11 @@
 #include <sys/resource.h>
 
 #include <charconv>
-#include <fstream>
 #include <optional>
+#include <sstream>
 #include <string_view>
+
+#include "hal/base/file.hpp"
 
 namespace onemap::daemon {
 
@@ -26,8 +28,14 @@ std::optional<std::uint64_t> number_at(std::string_view text) {
   return error == std::errc{} ? std::optional(value) : std::nullopt;
 }
 
+// The lines of a file; none when it cannot be read.
+std::istringstream lines_of(const fs::path& path) {
+  auto text = read_text_file(path.string());
+  return std::istringstream(text ? std::move(*text) : std::string());
+}
+
 void take_machine(const fs::path& root, MemoryLimit& least) {
-  std::ifstream file(root / "proc/meminfo");
+  auto file = lines_of(root / "proc/meminfo");
   constexpr std::string_view kTotal = "MemTotal:";
   for (std::string line; std::getline(file, line);)
     if (line.starts_with(kTotal))
@@ -40,7 +48,7 @@ void take_machine(const fs::path& root, MemoryLimit& least) {
 void take_groups(const fs::path& top, const std::string& group, const char* file_name, MemoryLimit& least) {
   fs::path folder = top / fs::path(group).relative_path();
   for (;;) {
-    std::ifstream file(folder / file_name);
+    auto file = lines_of(folder / file_name);
     std::string line;
     if (std::getline(file, line))
       if (const auto bytes = number_at(line)) take_least(least, *bytes, "this process's control group allows");
@@ -52,7 +60,7 @@ void take_groups(const fs::path& top, const std::string& group, const char* file
 // Lines are HIERARCHY:CONTROLLERS:PATH; version 2 has hierarchy 0 and no controllers.
 void take_all_groups(const fs::path& root, MemoryLimit& least) {
   const fs::path top = root / "sys/fs/cgroup";
-  std::ifstream file(root / "proc/self/cgroup");
+  auto file = lines_of(root / "proc/self/cgroup");
   for (std::string line; std::getline(file, line);) {
     const std::size_t first = line.find(':'), second = line.find(':', first + 1);
     if (first == std::string::npos || second == std::string::npos) continue;

@@ -1,10 +1,11 @@
 #include "daemon/outputs.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
-
-#include "render/file.hpp"
 
 namespace onemap::daemon {
 
@@ -26,10 +27,6 @@ std::string trajectory_text(const std::vector<mapping::StampedPose>& poses, cons
                         T.t.y(), T.t.z(), q[1], q[2], q[3], q[0]);
   }
   return text;
-}
-
-Status write_text(const std::string& file, const std::string& text) {
-  return render::write_file(file, std::vector<std::uint8_t>(text.begin(), text.end()));
 }
 
 Status make_folder(const std::string& folder) {

@@ -13,8 +13,8 @@
 
 #include "daemon/clock.hpp"
 #include "daemon/fleet/child_process.hpp"
+#include "hal/base/file.hpp"
 #include "hal/base/text.hpp"
-#include "render/file.hpp"
 
 namespace onemap::daemon {
 
@@ -49,7 +49,7 @@ class Drawing {
  public:
   Drawing(const std::string& program, const MapPicture& picture, const PictureLimits& limits)
       : stem_(picture.stem), input_(stem_ + ".drawing.omap"), log_(stem_ + ".drawing.log") {
-    if (auto written = render::write_file(input_, picture.map); !written) {
+    if (auto written = write_file(input_, picture.map); !written) {
       result_.status = written;
       return;
     }
@@ -82,8 +82,8 @@ class Drawing {
 
  private:
   std::string output() const {
-    const auto bytes = render::read_file(log_);
-    return bytes ? std::string(bytes->begin(), bytes->end()) : std::string();
+    auto text = read_text_file(log_);
+    return text ? std::move(*text) : std::string();
   }
   void read_size() {
     // "FILE: N points, ..." is the first thing that it says.

@@ -32,6 +32,10 @@ Result<comms::UdpConfig> udp_config(const Config& config) {
   if (!listen) return Error{"listen " + listen.error().place, listen.error().reason};
   comms::UdpConfig udp;
   udp.listen = *listen;
+  if (config.group.empty()) return udp;
+  const auto group = comms::parse_endpoint(config.group);
+  if (!group) return Error{"group " + group.error().place, group.error().reason};
+  udp.group = *group;
   return udp;
 }
 }  // namespace
@@ -41,6 +45,7 @@ Result<std::unique_ptr<Radio>> Radio::open(const Config& config, Listener listen
   if (!node) return node.error();
   auto udp = udp_config(config);
   if (!udp) return udp.error();
+  node->group = udp->group;
   auto port = comms::UdpPort::open(*udp);
   if (!port) return port.error();
   LifeCounter life(config.out);

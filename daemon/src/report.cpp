@@ -7,8 +7,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "hal/base/file.hpp"
 #include "hal/base/text.hpp"
-#include "render/file.hpp"
 
 namespace onemap::daemon {
 
@@ -89,9 +89,8 @@ Result<Report> report_from_json(const std::string& text, const std::string& plac
 }
 
 Result<Report> read_report(const std::string& file) {
-  auto bytes = render::read_file(file);
-  if (!bytes) return bytes.error();
-  return report_from_json(std::string(bytes->begin(), bytes->end()), file);
+  const auto text = read_text_file(file);
+  return text ? report_from_json(*text, file) : text.error();
 }
 
 namespace {

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/report.hpp"
+#include "hal/base/file.hpp"
 #include "hal/base/text.hpp"
-#include "render/file.hpp"
 
 namespace onemap::daemon {
 
@@ -20,7 +20,7 @@ std::uint64_t digest_from(const Json& value) {
 }
 }  // namespace
 
-std::string to_json(const RobotStatus& s) {
+std::string to_json(const DaemonStatus& s) {
   const Json object{{"state", s.state},
                     {"frames", s.frames},
                     {"frames_expected", s.frames_expected},
@@ -39,10 +39,10 @@ std::string to_json(const RobotStatus& s) {
   return object.dump() + "\n";
 }
 
-Result<RobotStatus> status_from_json(const std::string& text, const std::string& place) {
+Result<DaemonStatus> status_from_json(const std::string& text, const std::string& place) {
   try {
     const Json object = Json::parse(text);
-    RobotStatus s;
+    DaemonStatus s;
     object.at("state").get_to(s.state);
     object.at("frames").get_to(s.frames);
     object.at("frames_expected").get_to(s.frames_expected);
@@ -64,16 +64,13 @@ Result<RobotStatus> status_from_json(const std::string& text, const std::string&
   }
 }
 
-Result<RobotStatus> read_status(const std::string& file) {
-  auto bytes = render::read_file(file);
-  if (!bytes) return bytes.error();
-  return status_from_json(std::string(bytes->begin(), bytes->end()), file);
+Result<DaemonStatus> read_status(const std::string& file) {
+  const auto text = read_text_file(file);
+  return text ? status_from_json(*text, file) : text.error();
 }
 
-Status write_status(const std::string& file, const RobotStatus& status) {
-  const std::string text = to_json(status);
-  // Written again in a moment: not worth a disk's turn.
-  return render::write_file(file, std::vector<std::uint8_t>(text.begin(), text.end()), render::Durable::no);
+Status write_status(const std::string& file, const DaemonStatus& status) {
+  return write_text_file(file, to_json(status), Durable::no);  // written again in a moment: not worth a disk's turn
 }
 
 }  // namespace onemap::daemon

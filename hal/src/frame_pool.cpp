@@ -84,14 +84,6 @@ Frame FramePool::acquire() {
   return {this, slot};
 }
 
-Frame FramePool::try_acquire() {
-  std::unique_lock lock(mutex_);
-  if (free_.empty()) return {};
-  const std::size_t slot = free_.back();
-  free_.pop_back();
-  return {this, slot};
-}
-
 void FramePool::release(std::size_t slot) {
   {
     std::unique_lock lock(mutex_);

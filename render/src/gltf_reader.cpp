@@ -4,7 +4,7 @@
 #include <cstring>
 #include <optional>
 
-#include "render/file.hpp"
+#include "hal/base/file.hpp"
 #include "render/gltf_writer.hpp"
 #include "srgb.hpp"
 #include "tinygltf.hpp"

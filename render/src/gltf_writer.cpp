@@ -5,8 +5,8 @@
 #include <cstring>
 #include <sstream>
 
+#include "hal/base/file.hpp"
 #include "markers.hpp"
-#include "render/file.hpp"
 #include "render/upright.hpp"
 #include "srgb.hpp"
 #include "tinygltf.hpp"

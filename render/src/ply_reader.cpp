@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "hal/base/bytes.hpp"
-#include "render/file.hpp"
+#include "hal/base/file.hpp"
 #include "render/upright.hpp"
 
 namespace onemap::render {

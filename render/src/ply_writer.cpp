@@ -6,7 +6,7 @@
 #include <span>
 
 #include "hal/base/bytes.hpp"
-#include "render/file.hpp"
+#include "hal/base/file.hpp"
 
 namespace onemap::render {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <csetjmp>
 
-#include "render/file.hpp"
+#include "hal/base/file.hpp"
 
 namespace onemap::render {
 namespace {

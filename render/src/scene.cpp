@@ -46,7 +46,7 @@ std::vector<Color> robot_colors(const std::vector<std::string>& names) {
     for (std::size_t k = 0; k < kColors.size() && taken[n]; ++k) n = (n + 1) % kColors.size();
     if (taken[n]) n = wanted;
     taken[n] = true;
-    colors[i] = kColors[n];
+    colors[i] = robot_color(n);
   }
   return colors;
 }

@@ -4,24 +4,17 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <regex>
 #include <set>
-#include <sstream>
 #include <string>
 #include <vector>
+
+#include "support/text_of.hpp"
 
 namespace {
 
 namespace fs = std::filesystem;
 const fs::path kRoot = ONEMAP_SOURCE_DIR;
-
-std::string read(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 std::vector<fs::path> sources(const fs::path& folder) {
   std::vector<fs::path> out;
@@ -34,10 +27,9 @@ std::vector<fs::path> sources(const fs::path& folder) {
 // Lines of the file that match, as "file:line: text".
 std::vector<std::string> matches(const fs::path& path, const std::regex& what) {
   std::vector<std::string> out;
-  std::istringstream text(read(path));
-  std::string line;
-  for (int number = 1; std::getline(text, line); ++number)
-    if (std::regex_search(line, what))
+  int number = 0;
+  for (const std::string& line : onemap::test::lines_of(path))
+    if (++number; std::regex_search(line, what))
       out.push_back(fs::relative(path, kRoot).string() + ":" + std::to_string(number) + ": " + line);
   return out;
 }
@@ -62,7 +54,7 @@ TEST(Architecture, TheScannerSeesOffences) {
 TEST(Architecture, PureModulesHaveNoThreadsClocksSocketsFilesOrOutput) {
   const std::string forbidden =
       R"(#include <(thread|mutex|condition_variable|future|iostream|fstream|cstdio|filesystem|random|unordered_map|unordered_set|sys/|netinet/|arpa/|poll\.h|unistd\.h|time\.h))"
-      R"(|(steady_clock|system_clock|high_resolution_clock)::now|std::rand\b|\bprintf\()";
+      R"(|#include "hal/base/file\.hpp"|(steady_clock|system_clock|high_resolution_clock)::now|std::rand\b|\bprintf\()";
   EXPECT_EQ(offences({"mapping"}, forbidden), "");
   EXPECT_EQ(offences({"comms"}, forbidden, "comms/udp/"), "");
 }
@@ -72,7 +64,7 @@ TEST(Architecture, ImagingIsPureAndKnowsNoBackend) {
       offences(
           {"hal/imaging"},
           R"(#include <(thread|mutex|condition_variable|iostream|fstream|filesystem|sys/|fcntl\.h|poll\.h|unistd\.h|time\.h))"
-          R"(|#include "hal/backends/|\bprintf\()"),
+          R"(|#include "hal/(backends/|base/file\.hpp)|\bprintf\()"),
       "");
 }
 
@@ -117,7 +109,7 @@ TEST(Architecture, TopLevelFoldersAreTheOnesOfTheHouse) {
 }
 
 TEST(Architecture, EveryFolderIsNamedInArchitectureMd) {
-  const std::string text = read(kRoot / "ARCHITECTURE.md");
+  const std::string text = onemap::test::text_of(kRoot / "ARCHITECTURE.md");
   for (const char* folder :
        {"hal", "hal/imaging", "hal/backends/replay", "hal/backends/simulated", "hal/backends/v4l2", "mapping/local",
         "mapping/team", "comms", "comms/udp", "render", "daemon", "daemon/evaluation", "systemd", "tests"})

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <map>
 #include <opencv2/calib3d.hpp>
@@ -20,6 +19,7 @@
 #include "mapping/local/match.hpp"
 #include "mapping/local/orb.hpp"
 #include "mapping/local/surf.hpp"
+#include "support/text_of.hpp"
 #ifdef ONEMAP_HAVE_DLIB
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wold-style-cast"
@@ -57,8 +57,7 @@ struct Recording {
 
 std::vector<std::vector<std::string>> rows(const fs::path& file) {
   std::vector<std::vector<std::string>> out;
-  std::ifstream in(file);
-  for (std::string line; std::getline(in, line);) {
+  for (const std::string& line : onemap::test::lines_of(file)) {
     if (line.empty() || line[0] == '#') continue;
     std::istringstream words(line);
     out.emplace_back(std::istream_iterator<std::string>(words), std::istream_iterator<std::string>());

@@ -9,6 +9,7 @@
 #include "mapping/local/surface.hpp"
 #include "mapping/team/atlas.hpp"
 #include "support/tum_recording.hpp"
+#include "support/whole_atlas.hpp"
 
 namespace {
 
@@ -110,14 +111,6 @@ void mesh(benchmark::State& state) {
 }
 BENCHMARK(mesh)->Unit(benchmark::kMillisecond);
 
-void points(benchmark::State& state) {
-  if (missing(state)) return;
-  ColoredCloud out;
-  for (auto _ : state) out = extract_points(fused());
-  state.counters["points"] = static_cast<double>(out.points.size());
-}
-BENCHMARK(points)->Unit(benchmark::kMillisecond);
-
 void submap_codec(benchmark::State& state) {
   if (missing(state)) return;
   double bytes = 0, blocks = 0, observed = 0;
@@ -135,8 +128,8 @@ void submap_codec(benchmark::State& state) {
   }
   state.counters["bytes_per_block"] = bytes / blocks;
   state.counters["bytes_per_observed_voxel"] = bytes / observed;
-  // A surface point is a zero crossing between two voxels.
-  state.counters["bytes_per_surface_point"] = bytes / static_cast<double>(extract_points(fused()).points.size());
+  // A surface point is a vertex of the mesh: a zero crossing between two voxels.
+  state.counters["bytes_per_surface_point"] = bytes / static_cast<double>(extract_mesh(fused()).vertices.size());
 }
 BENCHMARK(submap_codec)->Unit(benchmark::kMillisecond);
 
@@ -155,10 +148,10 @@ void atlas_of_four(benchmark::State& state) {
   }
   solution.reference = solution.robots[0].robot;
   Atlas atlas({});
-  for (auto _ : state) atlas.rebuild(solution, submaps);
+  for (auto _ : state) test::rebuild(atlas, solution, submaps);
   state.counters["source_blocks"] = static_cast<double>(atlas.counters().blocks);
   state.counters["global_blocks"] = static_cast<double>(atlas.map().used());
-  state.counters["global_points"] = static_cast<double>(extract_points(atlas.map(), 1).points.size());
+  state.counters["global_points"] = static_cast<double>(extract_mesh(atlas.map(), 1).vertices.size());
 }
 BENCHMARK(atlas_of_four)->Unit(benchmark::kMillisecond);
 

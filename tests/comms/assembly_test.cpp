@@ -64,7 +64,7 @@ TEST(Assembly, WhatIsLostOrWithdrawnIsMissingAgain) {
   record.keep(source.fragment(0));
   record.withdrawn();
   EXPECT_EQ(record.missing(), 2u);
-  EXPECT_TRUE(record.is_here(0));
+  EXPECT_FALSE(record.is_missing(0));
 }
 
 TEST(Assembly, NoticesContradictionsAndStartsAnew) {

@@ -18,7 +18,7 @@ OwnNetwork network() {
 }
 
 std::string refused(const std::string& listen, const std::vector<std::string>& peers) {
-  return why(check_addresses(listen, peers, network()));
+  return why(check_addresses(listen, peers, "", network()));
 }
 
 TEST(Addresses, APeerIsOneHost) {
@@ -56,6 +56,24 @@ TEST(Addresses, PeersAreOfAFamilyThatTheSocketReaches) {
               AllOf(HasSubstr("network.peers: \"[fd00::2]:4600\""), HasSubstr("speaks only IPv4")));
   EXPECT_THAT(refused("", {"[fd00::2]:4600"}), HasSubstr("speaks only IPv4"));
   EXPECT_THAT(refused("[fd00::1]:4600", {"10.0.0.2:4600"}), HasSubstr("speaks only IPv6"));
+}
+
+TEST(Addresses, AGroupIsMulticastOverIPv4) {
+  for (const char* good : {"", "239.77.1.1:4600", "224.0.0.1:1"}) EXPECT_EQ(why(check_group(good)), "") << good;
+  const std::pair<const char*, const char*> wrong[] = {{"239.77.1.1:0", "has port 0"},
+                                                       {"10.0.0.2:4600", "is no IPv4 multicast address"},
+                                                       {"240.0.0.1:4600", "is no IPv4 multicast address"},
+                                                       {"[ff02::1]:4600", "is no IPv4 multicast address"},
+                                                       {"239.77.1.1", "239.77.1.1"}};
+  for (const auto& [group, reason] : wrong) EXPECT_THAT(why(check_group(group)), HasSubstr(reason)) << group;
+  const auto with = [](const char* listen, const char* group) {
+    return why(check_addresses(listen, {}, group, network()));
+  };
+  EXPECT_EQ(with("", "239.77.1.1:4600"), "");
+  EXPECT_EQ(with("10.0.0.1:4600", "239.77.1.1:4600"), "");
+  EXPECT_THAT(with("[::]:4600", "239.77.1.1:4600"),
+              HasSubstr("network.group: \"239.77.1.1:4600\" needs an IPv4 socket"));
+  EXPECT_THAT(with("", "10.0.0.2:4600"), HasSubstr("network.group"));
 }
 
 // That this is what sockets do.

@@ -14,7 +14,7 @@
 namespace onemap::daemon {
 namespace {
 
-using test::Folder;
+using test::TempFolder;
 using testing::HasSubstr;
 
 // Thirty good frames, and then an exception from where nobody expects one.
@@ -45,11 +45,11 @@ Result<std::unique_ptr<hal::DepthCamera>> open_faulty(const hal::CameraAddress& 
 
 constexpr std::array kFaulty{hal::Backend{"faulty", "throws after 30 frames", open_faulty}};
 
-Config config_for(const Folder& out, const std::string& camera) {
+Config config_for(const TempFolder& out, const std::string& camera) {
   Config config;
   config.id = "robot";
   config.camera = camera;
-  config.out = out.text();
+  config.out = out.path().string();
   config.once = true;
   config.speed = {true, 1};
   return config;
@@ -58,7 +58,7 @@ Config config_for(const Folder& out, const std::string& camera) {
 class AppTest : public testing::TestWithParam<bool> {};
 
 TEST_P(AppTest, AThreadThatThrowsEndsTheWorkAndWhatThereIsIsWritten) {
-  const Folder out;
+  const TempFolder out;
   StopSignals signals;
   Log log("robot");
   Config config = config_for(out, "faulty:living-room?robot=1&robots=3&frames=60&seed=3");

@@ -84,6 +84,7 @@ TEST_F(ConfigFile, RefusesBadValuesWithTheirLineAndWhatIsAccepted) {
   EXPECT_THAT(refused("[network]\npeers = [\"127.0.0.1:1\", 2]\n", 2), HasSubstr("list"));
   EXPECT_THAT(refused("[network]\npeers = [\"a:1\"]\n", 2), HasSubstr("\"a\" is not a numeric IPv4 address"));
   EXPECT_THAT(refused("[network]\nlisten = \"127.0.0.1\"\n", 2), HasSubstr("no port"));
+  EXPECT_THAT(refused("[network]\ngroup = \"10.0.0.2:1\"\n", 2), HasSubstr("no IPv4 multicast address"));
   EXPECT_THAT(refused("[robot]\nid = \"a b\"\n", 2), HasSubstr("1 to 16 characters"));
   EXPECT_THAT(refused("[robot]\ncamera = \"teapot:x\"\n", 2), HasSubstr("known: replay, simulated"));
 }
@@ -142,6 +143,7 @@ TEST_F(ConfigFile, TheExampleCarriesEveryValue) {
   all.out = "o";
   all.listen = "[::]:4600";
   all.peers = {"10.0.0.2:1", "[fd00::2]:2"};
+  all.group = "239.77.1.1:4600";
   all.bytes_per_second = 123456;
   all.store_budget_bytes = 3u << 20;
   all.once = true;

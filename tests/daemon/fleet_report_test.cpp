@@ -82,7 +82,7 @@ TEST(FleetText, ListsTheFilesThatAreThere) {
 }
 
 TEST(FleetProgress, ShowsTheKeyframesThatThereAre) {
-  RobotStatus status;
+  DaemonStatus status;
   status.frames = 50;
   status.frames_expected = 100;
   status.keyframes = 4;

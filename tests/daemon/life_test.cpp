@@ -8,22 +8,22 @@
 namespace onemap::daemon {
 namespace {
 
-using test::Folder;
+using test::TempFolder;
 constexpr std::uint64_t kNow = 1'700'000'000'000'000'000u;
 
-std::uint64_t begin(const Folder& folder, std::uint64_t clock) {
-  LifeCounter life(folder.text());
+std::uint64_t begin(const TempFolder& folder, std::uint64_t clock) {
+  LifeCounter life(folder.path().string());
   EXPECT_TRUE(life.begin(clock).ok());
   return life.number();
 }
 
 TEST(Life, TheClockIsTheFirstNumber) {
-  const Folder folder;
+  const TempFolder folder;
   EXPECT_EQ(begin(folder, kNow), kNow);
 }
 
 TEST(Life, AClockThatGoesBackDoesNotMakeAnOlderLife) {
-  const Folder folder;
+  const TempFolder folder;
   const auto first = begin(folder, kNow);
   const auto second = begin(folder, 5);  // a board without a battery clock: 1970
   const auto third = begin(folder, 5);
@@ -33,8 +33,8 @@ TEST(Life, AClockThatGoesBackDoesNotMakeAnOlderLife) {
 }
 
 TEST(Life, NeighboursMayKnowOfAGreaterOne) {
-  const Folder folder;
-  LifeCounter life(folder.text());
+  const TempFolder folder;
+  LifeCounter life(folder.path().string());
   ASSERT_TRUE(life.begin(5).ok());
   ASSERT_TRUE(life.begin_after(kNow).ok());
   EXPECT_EQ(life.number(), kNow + 1);
@@ -42,16 +42,16 @@ TEST(Life, NeighboursMayKnowOfAGreaterOne) {
 }
 
 TEST(Life, ABrokenFileIsSetAsideAndSaid) {
-  const Folder folder;
+  const TempFolder folder;
   for (const char* text : {"", "x", "12 13", "-4", "99999999999999999999", "9223372036854775808\n"}) {
-    std::ofstream(folder / "life") << text;
-    LifeCounter life(folder.text());
+    folder.write("life", text);
+    LifeCounter life(folder.path().string());
     const Status status = life.begin(kNow);
     ASSERT_FALSE(status.ok()) << text;
     EXPECT_THAT(status.error().text(), testing::HasSubstr("life"));
     EXPECT_EQ(life.number(), kNow);
-    EXPECT_EQ(test::read_text(folder / "life.bad"), text);
-    EXPECT_EQ(test::read_text(folder / "life"), std::to_string(kNow) + "\n");
+    EXPECT_EQ(test::text_of(folder / "life.bad"), text);
+    EXPECT_EQ(test::text_of(folder / "life"), std::to_string(kNow) + "\n");
   }
 }
 

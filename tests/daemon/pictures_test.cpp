@@ -11,7 +11,7 @@
 namespace onemap::daemon {
 namespace {
 
-using test::Folder;
+using test::TempFolder;
 using testing::HasSubstr;
 
 std::vector<std::uint8_t> one_wall() {
@@ -27,15 +27,15 @@ std::vector<std::uint8_t> one_wall() {
   return save_map("a wall", {}, map);
 }
 
-bool nothing_left_of_the_drawing(const Folder& folder) {
+bool nothing_left_of_the_drawing(const TempFolder& folder) {
   for (const auto& entry : std::filesystem::directory_iterator(folder / ""))
     if (entry.path().string().find(".drawing.") != std::string::npos) return false;
   return true;
 }
 
 TEST(Pictures, EachGetsItsFilesAndSaysWhatTheyHold) {
-  const Folder folder;
-  const auto results = write_pictures({{(folder / "a").string(), one_wall()}, {(folder / "b").string(), one_wall()}});
+  const TempFolder folder;
+  const auto results = write_pictures({{folder / "a", one_wall()}, {folder / "b", one_wall()}});
   ASSERT_EQ(results.size(), 2u);
   for (const PictureResult& result : results) {
     EXPECT_TRUE(result.status) << result.status.error().text();
@@ -47,10 +47,10 @@ TEST(Pictures, EachGetsItsFilesAndSaysWhatTheyHold) {
 }
 
 TEST(Pictures, OneThatCannotBeDrawnDoesNotKeepTheOthersFromIt) {
-  const Folder folder;
+  const TempFolder folder;
   auto broken = one_wall();
   broken.resize(broken.size() / 2);
-  const auto results = write_pictures({{(folder / "bad").string(), broken}, {(folder / "good").string(), one_wall()}});
+  const auto results = write_pictures({{folder / "bad", broken}, {folder / "good", one_wall()}});
   ASSERT_FALSE(results[0].status);
   EXPECT_THAT(results[0].status.error().text(), HasSubstr("ends in the middle"));
   EXPECT_TRUE(results[1].status);
@@ -65,14 +65,14 @@ TEST(Pictures, AFolderThatIsNotThereIsSaid) {
 }
 
 TEST(Pictures, ADrawingThatTakesTooMuchIsEndedAndSaid) {
-  const Folder folder;
+  const TempFolder folder;
   PictureLimits limits;
   limits.time = std::chrono::milliseconds(1);
-  EXPECT_THAT(write_pictures({{(folder / "a").string(), one_wall()}}, limits)[0].status.error().text(),
+  EXPECT_THAT(write_pictures({{folder / "a", one_wall()}}, limits)[0].status.error().text(),
               HasSubstr("took too long"));
   limits = {};
   limits.address_space_bytes = 4u << 20;  // not even the program fits
-  const auto results = write_pictures({{(folder / "a").string(), one_wall()}}, limits);
+  const auto results = write_pictures({{folder / "a", one_wall()}}, limits);
   ASSERT_FALSE(results[0].status);
   EXPECT_THAT(results[0].status.error().text(), HasSubstr("drawing failed"));
   EXPECT_TRUE(nothing_left_of_the_drawing(folder));

@@ -1,9 +1,7 @@
 #include "daemon/status.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "daemon/fleet/fleet.hpp"
@@ -11,12 +9,13 @@
 #include "daemon/latency.hpp"
 #include "daemon/outputs.hpp"
 #include "daemon/report.hpp"
+#include "support/temp_folder.hpp"
 
 namespace onemap::daemon {
 namespace {
 
 TEST(Status, SurvivesTheFile) {
-  RobotStatus status;
+  DaemonStatus status;
   status.state = "merging";
   status.frames = 12;
   status.frames_expected = 40;
@@ -27,14 +26,14 @@ TEST(Status, SurvivesTheFile) {
   status.robots_known = 3;
   status.robots_finished = 2;
   status.agreed = true;
-  const auto file = std::filesystem::temp_directory_path() / ("onemap_status_" + std::to_string(getpid()) + ".json");
-  ASSERT_TRUE(write_status(file.string(), status).ok());
-  const auto read = read_status(file.string());
+  const test::TempFolder folder;
+  const std::string file = folder / "status.json";
+  ASSERT_TRUE(write_status(file, status).ok());
+  const auto read = read_status(file);
   ASSERT_TRUE(read.ok());
   EXPECT_EQ(to_json(*read), to_json(status));
   EXPECT_EQ(read.value().map_digest, status.map_digest);
-  std::filesystem::remove(file);
-  EXPECT_FALSE(read_status(file.string()).ok());
+  EXPECT_FALSE(read_status(folder / "none.json").ok());
 }
 
 TEST(Status, BrokenTextIsAnErrorWithItsPlace) {
@@ -114,7 +113,7 @@ TEST(Trajectory, PrintsTheExactTimeAndTheComposedPose) {
 }
 
 TEST(Progress, BarsShowTheShare) {
-  RobotStatus status;
+  DaemonStatus status;
   status.frames = 50;
   status.frames_expected = 100;
   const std::string bar = Progress::bar("robot1", status);

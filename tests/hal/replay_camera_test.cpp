@@ -173,7 +173,7 @@ TEST_F(ReplayCameraTest, BadFramesAreNamedAndTheRestGoesOn) {
   EXPECT_THAT(played.errors[1], testing::AllOf(HasSubstr("depth/1.png: not a PNG"), HasSubstr("depth.txt:3")));
   EXPECT_THAT(played.errors[2], testing::AllOf(HasSubstr("rgb/2.png: JPEG"), HasSubstr("rgb.txt:4")));
   EXPECT_THAT(played.errors[3], HasSubstr("rgb/3.png: the image is 8x8, expected 16x12"));
-  EXPECT_THAT(played.errors[4], HasSubstr("depth/4.png: cannot be read: not a file"));
+  EXPECT_THAT(played.errors[4], HasSubstr("depth/4.png: cannot read: not a regular file"));
 }
 
 TEST_F(ReplayCameraTest, WithoutOneGoodFrameItDoesNotOpen) {

@@ -2,13 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include "hal/backends/replay.hpp"
 #include "hal/backends/replay/lists.hpp"
 #include "hal/frame_pool.hpp"
+#include "support/text_of.hpp"
 
 namespace onemap::hal {
 namespace {
@@ -30,10 +29,7 @@ class ReplayRecordings : public testing::TestWithParam<const char*> {
 };
 
 TEST_P(ReplayRecordings, PairsAsTheirAssociationsSay) {
-  const auto read = [&](const std::string& name) {
-    std::ifstream file(folder() + "/" + name);
-    return std::string(std::istreambuf_iterator<char>(file), {});
-  };
+  const auto read = [&](const std::string& name) { return test::text_of(folder() + "/" + name); };
   const replay::ImageList color = replay::parse_image_list(read("rgb.txt"), "rgb.txt");
   const replay::ImageList depth = replay::parse_image_list(read("depth.txt"), "depth.txt");
   const replay::PairList expected = replay::parse_associations(read("associations.txt"), "associations.txt");

@@ -8,6 +8,7 @@
 #include "mapping/local/surface.hpp"
 #include "support/analytic_scene.hpp"
 #include "support/random.hpp"
+#include "support/whole_atlas.hpp"
 
 namespace onemap::mapping {
 namespace {
@@ -89,7 +90,7 @@ TEST(Atlas, IdentityReproducesEveryVoxel) {
   std::vector<Atlas::Submap> submaps;
   append(submaps, kA, records);
   Atlas atlas({});
-  atlas.rebuild({kA, {{kA, {}}}, 0}, submaps);
+  test::rebuild(atlas, {kA, {{kA, {}}}, 0}, submaps);
   std::size_t observed = 0, found = 0;
   local.for_each_sorted([&](const BlockView& block) {
     const Voxel* global = atlas.map().find(block.key);
@@ -120,20 +121,20 @@ TEST(Atlas, OrderOfSubmapsDoesNotMatter) {
   append(submaps, kA, ra);
   const SolutionRecord solution{kA, {{kA, {}}, {kB, quantize(T_world_b)}}, 1};
   Atlas atlas({});
-  atlas.rebuild(solution, submaps);
+  test::rebuild(atlas, solution, submaps);
   const std::uint64_t digest = atlas.digest(), map_digest = atlas.map().digest();
   test::Random random(9);
   for (int i = 0; i < 3; ++i) {
     for (std::size_t k = submaps.size(); k > 1; --k) std::swap(submaps[k - 1], submaps[random.next() % k]);
     Atlas again({});
-    again.rebuild(solution, submaps);
+    test::rebuild(again, solution, submaps);
     EXPECT_EQ(again.digest(), digest);
-    atlas.rebuild(solution, submaps);  // and a used atlas forgets what it held
+    test::rebuild(atlas, solution, submaps);  // and a used atlas forgets what it held
     EXPECT_EQ(atlas.digest(), digest);
   }
   SolutionRecord other = solution;
   other.links_used = 2;  // the digest covers the solution too
-  atlas.rebuild(other, submaps);
+  test::rebuild(atlas, other, submaps);
   EXPECT_EQ(atlas.map().digest(), map_digest);
   EXPECT_NE(atlas.digest(), digest);
 }
@@ -148,7 +149,7 @@ TEST(Atlas, MovedAndResampledRobotsLieOnTheTruth) {
   append(submaps, kB, rb);
   append(submaps, kC, rc);
   Atlas atlas({});
-  atlas.rebuild({kA, {{kA, {}}, {kB, quantize(T_world_b)}, {kC, quantize(T_world_c)}}, 2}, submaps);
+  test::rebuild(atlas, {kA, {{kA, {}}, {kB, quantize(T_world_b)}, {kC, quantize(T_world_c)}}, 2}, submaps);
   EXPECT_EQ(atlas.counters().robots, 3u);
   const Error alone = surface_error(a, {}), all = surface_error(atlas.map(), {});
   EXPECT_LT(all.mean_m, 0.15 * 0.02) << "mean error in voxels: " << all.mean_m / 0.02;
@@ -160,7 +161,7 @@ TEST(Atlas, MovedAndResampledRobotsLieOnTheTruth) {
   // Each robot alone keeps most of its surface when it is moved.
   for (const auto* robot : {&kB, &kC}) {
     Atlas one({});
-    one.rebuild({*robot, {{*robot, quantize(*robot == kB ? T_world_b : T_world_c)}}, 0}, submaps);
+    test::rebuild(one, {*robot, {{*robot, quantize(*robot == kB ? T_world_b : T_world_c)}}, 0}, submaps);
     const Error moved = surface_error(one.map(), {});
     EXPECT_LT(moved.mean_m, 0.15 * 0.02);
     EXPECT_GT(static_cast<double>(moved.vertices), 0.85 * static_cast<double>(alone.vertices));
@@ -175,8 +176,8 @@ TEST(Atlas, LeavesOutRobotsWithoutASolution) {
   append(both, kA, ra);
   append(both, kB, rb);
   Atlas one({}), two({});
-  one.rebuild({kA, {{kA, {}}}, 0}, only_a);
-  two.rebuild({kA, {{kA, {}}}, 0}, both);
+  test::rebuild(one, {kA, {{kA, {}}}, 0}, only_a);
+  test::rebuild(two, {kA, {{kA, {}}}, 0}, both);
   EXPECT_EQ(one.digest(), two.digest());
   EXPECT_EQ(two.counters().robots, 1u);
 }
@@ -191,7 +192,7 @@ TEST(Atlas, LaterVersionReplacesTheEarlier) {
   const SubmapRecord old = one_voxel(100), now = one_voxel(-300);
   const std::vector<Atlas::Submap> submaps{{kA, 4, &now}, {kA, 3, &old}};
   Atlas atlas({});
-  atlas.rebuild({kA, {{kA, {}}}, 0}, submaps);
+  test::rebuild(atlas, {kA, {{kA, {}}}, 0}, submaps);
   const Voxel* block = atlas.map().find({1, 2, 3});
   ASSERT_NE(block, nullptr);
   EXPECT_EQ(block[77].tsdf(), -300);
@@ -204,7 +205,7 @@ TEST(Atlas, SumsWhatRobotsSawOfOneVoxel) {
   const SubmapRecord a = one_voxel(100), b = one_voxel(-300);
   const std::vector<Atlas::Submap> submaps{{kA, 0, &a}, {kB, 0, &b}};
   Atlas atlas({});
-  atlas.rebuild({kA, {{kA, {}}, {kB, {}}}, 1}, submaps);
+  test::rebuild(atlas, {kA, {{kA, {}}, {kB, {}}}, 1}, submaps);
   const Voxel& voxel = atlas.map().find({1, 2, 3})[77];
   EXPECT_EQ(voxel.tsdf_sum, -1000);
   EXPECT_EQ(voxel.weight, 10);
@@ -214,7 +215,7 @@ TEST(Atlas, LeavesOutUnlikeVoxelSizesAndCountsAFullMap) {
   const SubmapRecord coarse = one_voxel(0, 90000);
   const std::vector<Atlas::Submap> submaps{{kA, 0, &coarse}};
   Atlas atlas({});
-  atlas.rebuild({kA, {{kA, {}}}, 0}, submaps);
+  test::rebuild(atlas, {kA, {{kA, {}}}, 0}, submaps);
   EXPECT_EQ(atlas.counters().blocks_left_out, 1u);
   EXPECT_EQ(atlas.map().used(), 0u);
 
@@ -225,7 +226,7 @@ TEST(Atlas, LeavesOutUnlikeVoxelSizesAndCountsAFullMap) {
   AtlasConfig small;
   small.map.budget_bytes = 1 << 20;
   Atlas full(small);
-  full.rebuild({kA, {{kA, {}}}, 0}, many);
+  test::rebuild(full, {kA, {{kA, {}}}, 0}, many);
   EXPECT_EQ(full.map().used(), full.map().capacity());
   EXPECT_GT(full.map().counters().blocks_refused, 0u);
 }

@@ -18,7 +18,7 @@ TEST(FundamentalRansac, FindsTheTrueInliersAtEveryOutlierRate) {
       std::vector<std::uint8_t> inlier(200);
       Matrix3d F;
       const RansacResult result = ransac.estimate(scene.r2, scene.s2, inlier, F);
-      ASSERT_TRUE(result.ok()) << to_string(result.reason);
+      ASSERT_TRUE(result.ok()) << static_cast<int>(result.reason);
       const auto [right, wrong] = right_and_wrong(scene, inlier);
       EXPECT_EQ(right + wrong, result.inliers);
       const auto good = std::count(scene.good.begin(), scene.good.end(), true);

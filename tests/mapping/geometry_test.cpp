@@ -9,12 +9,12 @@
 namespace onemap::mapping {
 namespace {
 
+using test::Random;
 using test::random_pose;
 using test::rotation;
-using test::SplitMix;
 
 TEST(Geometry, PoseComposesAndInverts) {
-  SplitMix random(3);
+  Random random(3);
   for (int i = 0; i < 100; ++i) {
     const Pose a = random_pose(random, 3.1, 2), b = random_pose(random, 3.1, 2);
     const Vector3d p(0.3, -1, 2);
@@ -24,7 +24,7 @@ TEST(Geometry, PoseComposesAndInverts) {
 }
 
 TEST(Geometry, QuaternionAgreesWithEigenInEveryBranch) {
-  SplitMix random(5);
+  Random random(5);
   for (int i = 0; i < 1000; ++i) {
     const Matrix3d R = random_pose(random, 3.14, 1).R;
     const auto q = to_quaternion_wxyz(R);
@@ -62,7 +62,7 @@ TEST(Geometry, SmallMotionIsTheCayleyRotation) {
 }
 
 TEST(Geometry, RotationCosineIsTheCosineOfTheAngle) {
-  SplitMix random(7);
+  Random random(7);
   for (int i = 0; i < 200; ++i) {
     const Matrix3d R = random_pose(random, 3.1, 1).R;
     EXPECT_NEAR(rotation_cosine(R), std::cos(test::rotation_angle(R)), 1e-12);
@@ -70,7 +70,7 @@ TEST(Geometry, RotationCosineIsTheCosineOfTheAngle) {
 }
 
 TEST(Geometry, QuantizedPoseIsAFixedPointWithinHalfAUnit) {
-  SplitMix random(11);
+  Random random(11);
   for (int i = 0; i < 200; ++i) {
     const Pose pose = random_pose(random, 3.1, 5);
     const QuantizedPose q = quantize(pose);

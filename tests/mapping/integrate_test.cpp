@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <set>
 
-#include "mapping/local/lens.hpp"
+#include "hal/lens.hpp"
 #include "mapping/local/voxel_map.hpp"
 #include "support/analytic_scene.hpp"
 
@@ -46,10 +46,10 @@ Expected expected(const RenderedFrame& frame, const Vector3d& p_map) {
   const hal::Intrinsics& k = frame.intrinsics;
   const Vector3d p = frame.T_world_camera.inverse() * p_map;
   if (p[2] <= 0) return out;
-  const Eigen::Vector2d px = distorted_pixel(k, {p[0] / p[2], p[1] / p[2]});
+  const hal::Point2 px = hal::pixel_of(k, {p[0] / p[2], p[1] / p[2]});
   for (int i = 0; i < 9; ++i) {
-    const int u = static_cast<int>(std::floor(px[0] + 0.5)) + i % 3 - 1,
-              v = static_cast<int>(std::floor(px[1] + 0.5)) + i / 3 - 1;
+    const int u = static_cast<int>(std::floor(px.x + 0.5)) + i % 3 - 1,
+              v = static_cast<int>(std::floor(px.y + 0.5)) + i / 3 - 1;
     if (u < 0 || v < 0 || u >= k.width || v >= k.height) continue;
     const double sdf = frame.depth[static_cast<std::size_t>(v * k.width + u)] / k.depth_scale - p[2];
     if (std::abs(sdf) > 0.06) continue;

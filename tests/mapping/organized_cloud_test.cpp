@@ -3,24 +3,13 @@
 #include <gtest/gtest.h>
 
 #include "support/box_room.hpp"
+#include "support/kinect_lens.hpp"
 
 namespace onemap::mapping {
 namespace {
 
-hal::Intrinsics kinect() {
-  return {.fx = 517.306408,
-          .fy = 516.469215,
-          .cx = 318.643040,
-          .cy = 255.313989,
-          .k1 = 0.262383,
-          .k2 = -0.953104,
-          .p1 = -0.005358,
-          .p2 = 0.002628,
-          .k3 = 1.163314};
-}
-
 TEST(OrganizedCloud, PlanesHaveTheirPointsAndNormals) {
-  const hal::Intrinsics k = kinect();
+  const hal::Intrinsics k = test::kinect_lens();
   const RayTable rays(k);
   const auto scene = test::box_room();
   Pose camera;
@@ -78,7 +67,7 @@ TEST(OrganizedCloud, NoNormalAcrossADepthStepAndNoneWithoutDepth) {
 }
 
 TEST(OrganizedCloud, SecondImageReusesTheMemory) {
-  const hal::Intrinsics k = kinect();
+  const hal::Intrinsics k = test::kinect_lens();
   std::vector<std::uint16_t> depth(640 * 480, 5000), other(640 * 480, 9000);
   OrganizedCloud cloud, fresh;
   organize(other, k, 160, 120, cloud);

@@ -2,37 +2,27 @@
 
 #include <gtest/gtest.h>
 
-#include "mapping/local/lens.hpp"
+#include "hal/lens.hpp"
+#include "support/kinect_lens.hpp"
 
 namespace onemap::mapping {
 namespace {
 
-hal::Intrinsics kinect() {
-  return {.fx = 517.306408,
-          .fy = 516.469215,
-          .cx = 318.643040,
-          .cy = 255.313989,
-          .k1 = 0.262383,
-          .k2 = -0.953104,
-          .p1 = -0.005358,
-          .p2 = 0.002628,
-          .k3 = 1.163314};
-}
-
 TEST(RayTable, InvertsTheLens) {
-  const hal::Intrinsics k = kinect();
+  const hal::Intrinsics k = test::kinect_lens();
   const RayTable rays(k);
   for (int v = 0; v < k.height; v += 13) {
     for (int u = 0; u < k.width; u += 11) {
       const float* ray = rays.row(v) + 2 * u;
-      const Eigen::Vector2d back = distorted_pixel(k, {ray[0], ray[1]});
-      EXPECT_NEAR(back.x(), u, 1e-3);
-      EXPECT_NEAR(back.y(), v, 1e-3);
+      const hal::Point2 back = hal::pixel_of(k, {ray[0], ray[1]});
+      EXPECT_NEAR(back.x, u, 1e-3);
+      EXPECT_NEAR(back.y, v, 1e-3);
     }
   }
-  const Eigen::Vector2d between = distorted_pixel(k, rays.at(200.25, 99.75));
-  EXPECT_NEAR(between.x(), 200.25, 2e-3);
-  EXPECT_NEAR(between.y(), 99.75, 2e-3);
+  const Eigen::Vector2d ray = rays.at(200.25, 99.75);
+  const hal::Point2 between = hal::pixel_of(k, {ray.x(), ray.y()});
+  EXPECT_NEAR(between.x, 200.25, 2e-3);
+  EXPECT_NEAR(between.y, 99.75, 2e-3);
   EXPECT_EQ(rays.at(-5, 1000), rays.at(0, k.height - 1));  // outside: the border's ray
 }
 

@@ -18,7 +18,7 @@ TEST(RigidRansac, RecoversTheMotionAtEveryOutlierRate) {
       std::vector<std::uint8_t> inlier(200);
       Pose T;
       const RansacResult result = ransac.estimate(scene.r3, scene.s3, inlier, T);
-      ASSERT_TRUE(result.ok()) << to_string(result.reason);
+      ASSERT_TRUE(result.ok()) << static_cast<int>(result.reason);
       const auto [right, wrong] = right_and_wrong(scene, inlier);
       const auto good = std::count(scene.good.begin(), scene.good.end(), true);
       EXPECT_EQ(right + wrong, result.inliers);

@@ -106,15 +106,12 @@ TEST(Surface, LeavesOutLightVoxelsAndFalseSteps) {
   Voxel* block = map.find_or_add({0, 0, 0});
   for (int i = 0; i < kBlockVoxels; ++i) block[i].add_tsdf(i / 64 < 4 ? -200 : 200, 2);
   EXPECT_EQ(extract_mesh(map, 2).triangles.size(), 7u * 7 * 2);
-  EXPECT_EQ(extract_points(map, 2).points.size(), 64u);
   EXPECT_TRUE(extract_mesh(map, 3).triangles.empty());
-  EXPECT_TRUE(extract_points(map, 3).points.empty());
   for (int i = 0; i < kBlockVoxels; ++i) {
     block[i] = {};
     block[i].add_tsdf(i / 64 < 4 ? -900 : 900, 2);  // from the back of one surface to the front of another
   }
   EXPECT_TRUE(extract_mesh(map, 2).triangles.empty());
-  EXPECT_TRUE(extract_points(map, 2).points.empty());
 }
 
 // A room with a sphere seen by a moving camera: the surface found lies on the true one, once, with its colour and
@@ -148,8 +145,6 @@ TEST(Surface, OfARenderedRoomLiesOnTheTruth) {
     EXPECT_LT(static_cast<double>(far), 0.002 * n) << "farther than a voxel";
     EXPECT_GT(cosine / n, 0.98);
     EXPECT_LT(color / n / 3, 8);
-    const ColoredCloud cloud = extract_points(map);
-    EXPECT_NEAR(static_cast<double>(cloud.points.size()), n, 0.1 * n);
   }
 }
 

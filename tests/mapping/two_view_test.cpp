@@ -15,7 +15,7 @@ using test::make_matched_scene;
 using test::MatchedScene;
 
 FeatureCloud cloud(const std::vector<Vector3d>& points) {
-  test::SplitMix random(42);  // the same descriptors for both images
+  test::Random random(42);  // the same descriptors for both images
   FeatureCloud out;
   for (const Vector3d& p : points) {
     Descriptor d;
@@ -41,7 +41,7 @@ TEST(TwoView, FindsTheMotionAndWhichMatchesSayIt) {
   TwoView two_view({}, 120);
   for (int call = 0; call < 2; ++call) {
     const TwoViewResult& r = two_view.relate(views.a, views.b);
-    ASSERT_EQ(r.reason, TwoViewReason::ok) << to_string(r.reason);
+    ASSERT_EQ(r.reason, TwoViewReason::ok) << static_cast<int>(r.reason);
     EXPECT_LT((r.T_b_a.t - views.scene.T_r_s.t).norm(), 0.01);
     EXPECT_LT(test::rotation_angle(r.T_b_a.R.transpose() * views.scene.T_r_s.R), 0.006);
     ASSERT_EQ(r.matches.size(), 120u);
@@ -94,7 +94,7 @@ TEST(TwoView, SaysWhichStepFailed) {
   EXPECT_EQ(std::count(r.kept.begin(), r.kept.end(), 1), 0);
 
   Views deep(0);
-  test::SplitMix random(3);
+  test::Random random(3);
   for (Vector3d& p : deep.a.point) p *= random.uniform(0.3, 3);
   EXPECT_EQ(two_view.relate(deep.a, deep.b).reason, TwoViewReason::ransac_failed);
 }

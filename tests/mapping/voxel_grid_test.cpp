@@ -12,7 +12,7 @@ namespace onemap::mapping {
 namespace {
 
 std::vector<Vector3f> random_points(std::size_t n, double extent_m, std::uint64_t seed) {
-  test::SplitMix random(seed);
+  test::Random random(seed);
   std::vector<Vector3f> points(n);
   for (auto& p : points) {
     for (int i = 0; i < 3; ++i) p[i] = static_cast<float>(random.uniform(-extent_m, extent_m));

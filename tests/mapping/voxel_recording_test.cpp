@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string>
 
-#include "mapping/local/lens.hpp"
+#include "hal/lens.hpp"
 #include "mapping/local/surface.hpp"
 #include "support/tum_recording.hpp"
 
@@ -37,8 +37,8 @@ double median_residual(const std::vector<Vector3d>& points, const Posed& frame, 
   for (const Vector3d& point : points) {
     const Vector3d p = T_camera_world * point;
     if (p[2] < 0.4 || p[2] > 2.0) continue;
-    const Eigen::Vector2d px = distorted_pixel(k, {p[0] / p[2], p[1] / p[2]});
-    const int u = static_cast<int>(std::lround(px[0])), v = static_cast<int>(std::lround(px[1]));
+    const hal::Point2 px = hal::pixel_of(k, {p[0] / p[2], p[1] / p[2]});
+    const int u = static_cast<int>(std::lround(px.x)), v = static_cast<int>(std::lround(px.y));
     if (u < 0 || v < 0 || u >= k.width || v >= k.height) continue;
     const double z = frame.depth[static_cast<std::size_t>(v * k.width + u)] / k.depth_scale;
     if (z > 0 && std::abs(z - p[2]) < 0.1) out.push_back(std::abs(z - p[2]));

@@ -8,7 +8,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "render/file.hpp"
+#include "hal/base/file.hpp"
 #include "render/gltf_writer.hpp"
 #include "room_scene.hpp"
 #include "temp_folder.hpp"

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "render/file.hpp"
+#include "hal/base/file.hpp"
 #include "render/ply_reader.hpp"
 #include "render/ply_writer.hpp"
 #include "room_scene.hpp"

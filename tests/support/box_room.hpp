@@ -27,7 +27,7 @@ inline std::vector<Plane> box_room() {
 // Depth seen from T_world_camera inside the convex scene, in units of 1 / depth_scale; sigma(z) of noise where asked.
 inline std::vector<std::uint16_t> cast_depth(const std::vector<Plane>& scene, const hal::Intrinsics& k,
                                              const mapping::RayTable& rays, const mapping::Pose& T_world_camera,
-                                             SplitMix* noise = nullptr) {
+                                             Random* noise = nullptr) {
   std::vector<std::uint16_t> depth(static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height));
   std::size_t i = 0;
   for (int v = 0; v < k.height; ++v) {

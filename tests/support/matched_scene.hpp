@@ -16,7 +16,7 @@ struct MatchedScene {
 };
 
 inline MatchedScene make_matched_scene(std::size_t n, double outliers, std::uint64_t seed, bool noise = true) {
-  SplitMix random(seed);
+  Random random(seed);
   MatchedScene scene;
   scene.T_r_s = random_pose(random, 0.15, 0.2);
   const auto measure = [&](const mapping::Vector3d& p) {

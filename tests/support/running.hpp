@@ -1,7 +1,6 @@
 #pragma once
 // Daemons that run while a test does something to them.
 #include <chrono>
-#include <fstream>
 #include <functional>
 #include <optional>
 #include <string>
@@ -34,8 +33,8 @@ inline std::uint16_t free_port() {
 // One onemapd with a folder of its own below the test's.
 class Robot {
  public:
-  Robot(const Folder& folder, const std::string& name, const std::string& camera, const std::vector<std::string>& more,
-        const std::string& id = {})
+  Robot(const TempFolder& folder, const std::string& name, const std::string& camera,
+        const std::vector<std::string>& more, const std::string& id = {})
       : out_(folder / name), log_(folder / (name + ".log")) {
     std::vector<std::string> arguments{"--camera", camera, "--id", id.empty() ? name : id, "--out", out_.string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -43,8 +42,8 @@ class Robot {
   }
   daemon::ChildProcess& process() { return *process_; }
   const std::filesystem::path& out() const { return out_; }
-  std::string log() const { return read_text(log_); }
-  nlohmann::json status() const { return nlohmann::json::parse(read_text(out_ / "status.json"), nullptr, false); }
+  std::string log() const { return text_of(log_); }
+  nlohmann::json status() const { return nlohmann::json::parse(text_of(out_ / "status.json"), nullptr, false); }
   template <class T>
   T status(const char* key, T otherwise) const {
     const auto json = status();
@@ -62,8 +61,7 @@ class Robot {
     return ends();
   }
   double memory_mb(const char* field = "VmHWM:") {
-    std::ifstream status("/proc/" + std::to_string(process_->pid()) + "/status");
-    for (std::string line; std::getline(status, line);)
+    for (const std::string& line : lines_of("/proc/" + std::to_string(process_->pid()) + "/status"))
       if (line.starts_with(field)) return std::stod(line.substr(6)) / 1024.0;
     return 0;
   }

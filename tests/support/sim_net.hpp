@@ -13,24 +13,11 @@
 
 #include "comms/memory_store.hpp"
 #include "comms/node.hpp"
+#include "support/random.hpp"
 
 namespace onemap::comms::sim {
 
-class Random {  // xorshift64*
- public:
-  explicit Random(std::uint64_t seed) : state_(seed * 0x9E3779B97F4A7C15u + 0x1234567u) {}
-  std::uint64_t next() {
-    state_ ^= state_ >> 12;
-    state_ ^= state_ << 25;
-    state_ ^= state_ >> 27;
-    return state_ * 0x2545F4914F6CDD1Du;
-  }
-  double uniform() { return static_cast<double>(next() >> 11) * 0x1p-53; }
-  std::uint64_t below(std::uint64_t n) { return next() % n; }
-
- private:
-  std::uint64_t state_;
-};
+using test::Random;
 
 // At least so many robots are known, and all of them say the same map and records.
 inline bool agrees(const Node& node, std::size_t robots, std::uint8_t flags) {
@@ -221,13 +208,11 @@ class SimNet {
     largest_ = std::max(largest_, datagram.size);
     for (std::size_t to = 0; to < robots_.size(); ++to) {
       if (robots_[to].endpoint != datagram.to) continue;
-      const int copies = random_.uniform() < model_.duplication ? 2 : 1;
+      const int copies = random_.unit() < model_.duplication ? 2 : 1;
       for (int copy = 0; copy < copies; ++copy) {
-        if (random_.uniform() < model_.loss) continue;
+        if (random_.unit() < model_.loss) continue;
         Duration delay = model_.delay;
-        if (model_.jitter.count() > 0)
-          delay +=
-              Duration(static_cast<std::int64_t>(random_.below(static_cast<std::uint64_t>(model_.jitter.count()))));
+        if (model_.jitter.count() > 0) delay += Duration(random_.integer(0, model_.jitter.count() - 1));
         const auto bytes = datagram.bytes();
         air_.push({now_ + delay, order_++, from, to, {bytes.begin(), bytes.end()}});
       }

@@ -4,20 +4,20 @@
 #include <Eigen/SVD>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "support/text_of.hpp"
+
 namespace onemap::test {
 
 // Positions of a TUM file by time in microseconds.
 inline std::map<long long, Eigen::Vector3d> read_positions(const std::filesystem::path& file) {
   std::map<long long, Eigen::Vector3d> positions;
-  std::ifstream in(file);
-  for (std::string line; std::getline(in, line);) {
+  for (const std::string& line : lines_of(file)) {
     double time = 0;
     Eigen::Vector3d t;
     if (std::istringstream(line) >> time >> t.x() >> t.y() >> t.z()) positions[std::llround(time * 1e6)] = t;

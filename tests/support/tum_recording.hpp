@@ -6,13 +6,13 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "hal/frame.hpp"
 #include "mapping/geometry.hpp"
+#include "support/text_of.hpp"
 
 // Depth images and ground truth of a recording in TUM layout, read plainly: independent of the replay backend.
 namespace onemap::test {
@@ -72,8 +72,7 @@ class TumRecording {
 
   static std::vector<std::vector<std::string>> lines(const std::filesystem::path& file) {
     std::vector<std::vector<std::string>> out;
-    std::ifstream in(file);
-    for (std::string line; std::getline(in, line);) {
+    for (const std::string& line : lines_of(file)) {
       if (line.empty() || line[0] == '#') continue;
       std::istringstream fields(line);
       std::vector<std::string> words;

@@ -9,8 +9,8 @@
 namespace onemap {
 namespace {
 
-using test::Folder;
 using test::Robot;
+using test::TempFolder;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -19,27 +19,27 @@ std::string camera(int robot, int frames) {
 }
 std::string at(std::uint16_t port) { return fmt::format("127.0.0.1:{}", port); }
 
-std::filesystem::path settings(const Folder& folder, const std::string& toml) {
-  std::ofstream(folder / "team.toml") << toml;
+std::filesystem::path settings(const TempFolder& folder, const std::string& toml) {
+  folder.write("team.toml", toml);
   return folder / "team.toml";
 }
 
 TEST(Absent, APeerThatWasNeverHeardIsNamedAndTheWorkIsUnfinished) {
-  const Folder folder;
+  const TempFolder folder;
   const auto port = test::free_port();
   const auto config = settings(folder, "[run]\npeer_wait_s = 2\nlinger_s = 0\n");
   Robot robot(folder, "one", camera(1, 20),
-              {"--once", "--speed", "max", "--listen", "127.0.0.1:0", "--peer", at(port), "--config", config.string()});
+              {"--once", "--speed", "max", "--listen", "127.0.0.1:0", "--peer", at(port), "--config", config});
   EXPECT_EQ(robot.ends(), 3) << robot.log();
   EXPECT_THAT(robot.log(), HasSubstr("peer " + at(port) + " was never heard"));
   EXPECT_TRUE(std::filesystem::exists(robot.out() / "report.json")) << "what there is is written";
 }
 
 TEST(Absent, TwoRobotsWithOneNameAreBothTold) {
-  const Folder folder;
+  const TempFolder folder;
   const auto a = test::free_port(), b = test::free_port();
   const auto config = settings(folder, "[run]\npeer_wait_s = 3\nlinger_s = 0\n");
-  const std::vector<std::string> common{"--once", "--speed", "max", "--config", config.string()};
+  const std::vector<std::string> common{"--once", "--speed", "max", "--config", config};
   const auto with = [&](std::uint16_t own, std::uint16_t other) {
     auto all = common;
     all.insert(all.end(), {"--listen", at(own), "--peer", at(other)});
@@ -54,11 +54,11 @@ TEST(Absent, TwoRobotsWithOneNameAreBothTold) {
 }
 
 TEST(Absent, WhenARobotDiesTheOthersSayWhomTheyWaitForAndThenAgreeWithoutIt) {
-  const Folder folder;
+  const TempFolder folder;
   const auto a = test::free_port(), b = test::free_port(), c = test::free_port();
   const auto config = settings(folder, "[run]\nlost_after_s = 14\nlinger_s = 1\nmerge_while_mapping_s = 0\n");
   const auto with = [&](std::uint16_t own, const std::vector<std::uint16_t>& others, const std::string& speed) {
-    std::vector<std::string> all{"--once", "--speed", speed, "--listen", at(own), "--config", config.string()};
+    std::vector<std::string> all{"--once", "--speed", speed, "--listen", at(own), "--config", config};
     for (const auto other : others) all.insert(all.end(), {"--peer", at(other)});
     return all;
   };
@@ -77,7 +77,7 @@ TEST(Absent, WhenARobotDiesTheOthersSayWhomTheyWaitForAndThenAgreeWithoutIt) {
     EXPECT_THAT(robot->log(), HasSubstr("(without a, gone silent)"));
     EXPECT_THAT(robot->log(), HasSubstr("the map is without the rest of a"));
   }
-  EXPECT_EQ(test::read_text(second.out() / "global.ply"), test::read_text(third.out() / "global.ply"));
+  EXPECT_EQ(test::text_of(second.out() / "global.ply"), test::text_of(third.out() / "global.ply"));
   const auto report = test::read_json(second.out() / "report.json");
   EXPECT_TRUE(report.at("same_map").get<bool>());
   EXPECT_TRUE(std::filesystem::exists(second.out() / "global/c.txt"));
@@ -85,31 +85,31 @@ TEST(Absent, WhenARobotDiesTheOthersSayWhomTheyWaitForAndThenAgreeWithoutIt) {
 }
 
 TEST(Absent, AStoreThatIsFullIsSaidAndNobodyWaitsForWhatCannotCome) {
-  const Folder folder;
+  const TempFolder folder;
   const auto config = settings(folder, "[network]\nstore_budget_mb = 1\n");
   const int code = test::run("onemap-fleet",
                              {"--simulate", "3", "--frames", "120", "--seed", "3", "--speed", "max", "--timeout", "100",
-                              "--config", config.string(), "--out", (folder / "out").string()},
+                              "--config", config, "--out", folder / "out"},
                              folder / "fleet.txt");
-  const std::string log = test::read_text(folder / "out/robot1/log.txt");
-  EXPECT_EQ(code, 3) << test::read_text(folder / "fleet.txt") << log;
+  const std::string log = test::text_of(folder / "out/robot1/log.txt");
+  EXPECT_EQ(code, 3) << test::text_of(folder / "fleet.txt") << log;
   EXPECT_THAT(log, HasSubstr("store"));
   EXPECT_THAT(log, HasSubstr("full"));
   EXPECT_THAT(log, HasSubstr("store_budget_mb"));
-  EXPECT_THAT(test::read_text(folder / "fleet.txt"), Not(HasSubstr("not agreed after 100 s")));
+  EXPECT_THAT(test::text_of(folder / "fleet.txt"), Not(HasSubstr("not agreed after 100 s")));
   EXPECT_TRUE(std::filesystem::exists(folder / "out/robot1/report.json"));
 }
 
 TEST(Absent, ARobotWithoutRoomForItsOwnRecordsFinishesWithWhatItsLogHolds) {
-  const Folder folder;
+  const TempFolder folder;
   const auto a = test::free_port(), b = test::free_port();
   const auto config = settings(folder, "[run]\nlinger_s = 2\n");
   const auto small = folder / "small.toml";
-  std::ofstream(small) << "[network]\nstore_budget_mb = 1\n[run]\nlinger_s = 2\n";
+  folder.write("small.toml", "[network]\nstore_budget_mb = 1\n[run]\nlinger_s = 2\n");
   Robot full(folder, "full", camera(1, 120),
-             {"--once", "--speed", "max", "--listen", at(a), "--peer", at(b), "--config", small.string()});
+             {"--once", "--speed", "max", "--listen", at(a), "--peer", at(b), "--config", small});
   Robot roomy(folder, "roomy", camera(2, 20),
-              {"--once", "--speed", "max", "--listen", at(b), "--peer", at(a), "--config", config.string()});
+              {"--once", "--speed", "max", "--listen", at(b), "--peer", at(a), "--config", config});
   ASSERT_TRUE(full.says("a record of this robot is left out of the map", std::chrono::seconds(30))) << full.log();
   EXPECT_TRUE(roomy.says("robot full finished", std::chrono::seconds(30))) << roomy.log();
   full.stop();
@@ -117,7 +117,7 @@ TEST(Absent, ARobotWithoutRoomForItsOwnRecordsFinishesWithWhatItsLogHolds) {
 }
 
 TEST(Absent, SigtermAtOnceIsUnfinishedAndNotAFailure) {
-  const Folder folder;
+  const TempFolder folder;
   for (const int wait_ms : {12, 20, 50, 200}) {
     Robot robot(folder, fmt::format("r{}", wait_ms), camera(1, 5000), {"--once", "--listen", "127.0.0.1:0"});
     std::this_thread::sleep_for(std::chrono::milliseconds(wait_ms));
@@ -131,7 +131,7 @@ TEST(Absent, SigtermAtOnceIsUnfinishedAndNotAFailure) {
 
 // The last words of a robot that is stopped reach its neighbours.
 TEST(Absent, WhatWasPublishedLastIsHeardBeforeARobotEnds) {
-  const Folder folder;
+  const TempFolder folder;
   const auto a = test::free_port(), b = test::free_port();
   Robot stopping(folder, "stopping", camera(1, 5000), {"--speed", "1", "--listen", at(a), "--peer", at(b)});
   Robot staying(folder, "staying", camera(2, 5000), {"--speed", "1", "--listen", at(b), "--peer", at(a)});

@@ -11,7 +11,7 @@
 namespace onemap {
 namespace {
 
-using test::Folder;
+using test::TempFolder;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
@@ -23,12 +23,12 @@ std::map<pid_t, std::string> children_of(pid_t parent) {
   for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
     const std::string name = entry.path().filename().string();
     if (name.find_first_not_of("0123456789") != std::string::npos) continue;
-    const std::string stat = test::read_text(entry.path() / "stat");  // PID (NAME) STATE PARENT ...
+    const std::string stat = test::text_of(entry.path() / "stat");  // PID (NAME) STATE PARENT ...
     std::istringstream rest(stat.substr(std::min(stat.size(), stat.rfind(')') + 1)));
     std::string state;
     pid_t above = 0;
     if (rest >> state >> above && above == parent && state != "Z")
-      children[static_cast<pid_t>(std::stol(name))] = test::read_text(entry.path() / "cmdline");
+      children[static_cast<pid_t>(std::stol(name))] = test::text_of(entry.path() / "cmdline");
   }
   return children;
 }
@@ -42,20 +42,20 @@ std::optional<pid_t> child_named(pid_t parent, const std::string& robot) {
 // Three robots that walk for long.
 class RunningFleet {
  public:
-  explicit RunningFleet(const Folder& folder)
+  explicit RunningFleet(const TempFolder& folder)
       : folder_(folder),
-        process_(test::start("onemap-fleet",
-                             {"--simulate", "3", "--frames", "100000", "--seed", "3", "--speed", "1", "--out",
-                              (folder / "out").string()},
-                             folder / "fleet.txt")) {}
+        process_(test::start(
+            "onemap-fleet",
+            {"--simulate", "3", "--frames", "100000", "--seed", "3", "--speed", "1", "--out", folder / "out"},
+            folder / "fleet.txt")) {}
   daemon::ChildProcess& process() { return process_; }
-  std::string text() const { return test::read_text(folder_ / "fleet.txt"); }
+  std::string text() const { return test::text_of(folder_ / "fleet.txt"); }
   bool all_track(int frames) {
     return test::wait_until(
         [&] {
           for (const char* robot : {"robot1", "robot2", "robot3"}) {
             const auto file = folder_ / ("out/" + std::string(robot) + "/status.json");
-            const auto status = nlohmann::json::parse(test::read_text(file), nullptr, false);
+            const auto status = nlohmann::json::parse(test::text_of(file), nullptr, false);
             if (!status.is_object() || status.value("tracked", 0) < frames) return false;
           }
           return true;
@@ -64,12 +64,12 @@ class RunningFleet {
   }
 
  private:
-  const Folder& folder_;
+  const TempFolder& folder_;
   daemon::ChildProcess process_;
 };
 
 TEST(FleetTest, ARobotThatIsKilledEndsTheFleetWhichReportsTheRest) {
-  const Folder folder;
+  const TempFolder folder;
   RunningFleet fleet(folder);
   ASSERT_TRUE(fleet.all_track(20)) << fleet.text();
   const auto before = children_of(fleet.process().pid());
@@ -99,7 +99,7 @@ TEST(FleetTest, ARobotThatIsKilledEndsTheFleetWhichReportsTheRest) {
 
 TEST(FleetTest, AStoppedFleetStopsItsRobotsAndReports) {
   for (const int signal : {SIGTERM, SIGINT}) {
-    const Folder folder;
+    const TempFolder folder;
     RunningFleet fleet(folder);
     ASSERT_TRUE(fleet.all_track(10)) << fleet.text();
     const auto before = children_of(fleet.process().pid());
@@ -118,15 +118,15 @@ TEST(FleetTest, AStoppedFleetStopsItsRobotsAndReports) {
 }
 
 TEST(FleetTest, ARobotThatCannotStartShowsItsLog) {
-  const Folder folder;
+  const TempFolder folder;
   std::filesystem::create_directories(folder / "out/robot2");
-  std::ofstream(folder / "out/robot2/local.png") << "of an earlier run";
-  EXPECT_EQ(test::run("onemap-fleet",
-                      {"--robot", "simulated:office?frames=20", "--robot", "replay:/nonexistent", "--out",
-                       (folder / "out").string()},
-                      folder / "fleet.txt"),
-            1);
-  const std::string text = test::read_text(folder / "fleet.txt");
+  folder.write("out/robot2/local.png", "of an earlier run");
+  EXPECT_EQ(
+      test::run("onemap-fleet",
+                {"--robot", "simulated:office?frames=20", "--robot", "replay:/nonexistent", "--out", folder / "out"},
+                folder / "fleet.txt"),
+      1);
+  const std::string text = test::text_of(folder / "fleet.txt");
   EXPECT_THAT(text, AllOf(HasSubstr("robot2 ended too early with exit status 1"),
                           HasSubstr("  robot2: camera address 'replay:/nonexistent': no folder '/nonexistent'"),
                           Not(HasSubstr("robot2/local.png"))));
@@ -136,11 +136,11 @@ TEST(FleetTest, ARobotThatCannotStartShowsItsLog) {
 }
 
 TEST(FleetTest, WrongCommandLinesAndConfigurationsStartNothing) {
-  const Folder folder;
-  std::ofstream(folder / "nan.toml") << "[map]\nvoxel_m = nan\n";
+  const TempFolder folder;
+  folder.write("nan.toml", "[map]\nvoxel_m = nan\n");
   const std::vector<std::pair<std::vector<std::string>, std::string>> wrong{
-      {{"--config", (folder / "nan.toml").string()}, "nan.toml:2: map.voxel_m"},
-      {{"--config", folder.text()}, "cannot read: Is a directory"},
+      {{"--config", folder / "nan.toml"}, "nan.toml:2: map.voxel_m"},
+      {{"--config", folder.path().string()}, "cannot read: Is a directory"},
       {{"--delay", "nan"}, "--delay"},
       {{"--timeout", "nan"}, "--timeout"},
       {{"--loss", "nan"}, "loss 'nan'"},
@@ -148,35 +148,32 @@ TEST(FleetTest, WrongCommandLinesAndConfigurationsStartNothing) {
       {{"--scene", "attic"}, "no scene 'attic'"},
   };
   for (const auto& [more, why] : wrong) {
-    std::vector<std::string> arguments{"--simulate", "2", "--out", (folder / "out").string()};
+    std::vector<std::string> arguments{"--simulate", "2", "--out", folder / "out"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    EXPECT_EQ(test::run("onemap-fleet", arguments, folder / "fleet.txt"), 2) << test::read_text(folder / "fleet.txt");
-    EXPECT_THAT(test::read_text(folder / "fleet.txt"), HasSubstr(why));
+    EXPECT_EQ(test::run("onemap-fleet", arguments, folder / "fleet.txt"), 2) << test::text_of(folder / "fleet.txt");
+    EXPECT_THAT(test::text_of(folder / "fleet.txt"), HasSubstr(why));
   }
   EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 
 std::size_t vertices_of(const std::filesystem::path& ply) {
-  const std::string head = test::read_text(ply).substr(0, 2000), word = "element vertex ";
+  const std::string head = test::text_of(ply).substr(0, 2000), word = "element vertex ";
   const std::size_t at = head.find(word);
   return at == std::string::npos ? 0 : std::stoul(head.substr(at + word.size()));
 }
 
 TEST(FleetTest, GlobalPointsAreWhatTheFilesHoldAndWhatIsMissingIsSaid) {
-  const Folder folder;
-  std::ofstream(folder / "small.toml") << "[map]\nbudget_mb = 4\n";
-  const std::vector<std::string> arguments{"--simulate", "2",
-                                           "--frames",   "40",
-                                           "--seed",     "3",
-                                           "--config",   (folder / "small.toml").string(),
-                                           "--out",      (folder / "out").string()};
-  ASSERT_EQ(test::run("onemap-fleet", arguments, folder / "fleet.txt"), 0) << test::read_text(folder / "fleet.txt");
+  const TempFolder folder;
+  folder.write("small.toml", "[map]\nbudget_mb = 4\n");
+  const std::vector<std::string> arguments{
+      "--simulate", "2", "--frames", "40", "--seed", "3", "--config", folder / "small.toml", "--out", folder / "out"};
+  ASSERT_EQ(test::run("onemap-fleet", arguments, folder / "fleet.txt"), 0) << test::text_of(folder / "fleet.txt");
   const auto report = test::read_json(folder / "out/report.json");
   const auto points = report.at("global_points").get<std::size_t>();
   EXPECT_GT(points, 1000u);
   for (const char* robot : {"robot1", "robot2"})
     EXPECT_EQ(vertices_of(folder / ("out/" + std::string(robot) + "/global.ply")), points) << robot;
-  const std::string text = test::read_text(folder / "fleet.txt");
+  const std::string text = test::text_of(folder / "fleet.txt");
   EXPECT_THAT(text, HasSubstr(std::to_string(points) + " points"));
   const auto refused = report.at("robots").at(0).at("blocks_refused").get<std::uint64_t>();
   ASSERT_GT(refused, 0u) << "the test wants a map that is too small";

@@ -11,13 +11,13 @@
 namespace onemap {
 namespace {
 
-using test::Folder;
+using test::TempFolder;
 using testing::HasSubstr;
 
 constexpr const char* kCamera = "simulated:living-room?robot=1&robots=3&frames=60&seed=3";
 
 bool starts_with(const std::filesystem::path& file, const std::string& magic) {
-  return test::read_text(file).substr(0, magic.size()) == magic;
+  return test::text_of(file).substr(0, magic.size()) == magic;
 }
 
 void expect_local_outputs(const std::filesystem::path& out) {
@@ -29,10 +29,11 @@ void expect_local_outputs(const std::filesystem::path& out) {
 }
 
 TEST(Once, WritesTrajectoryPicturesAndReport) {
-  const Folder out;
-  ASSERT_EQ(
-      test::run("onemapd", {"--camera", kCamera, "--once", "--speed", "max", "--out", out.text()}, out / "log.txt"), 0)
-      << test::read_text(out / "log.txt");
+  const TempFolder out;
+  ASSERT_EQ(test::run("onemapd", {"--camera", kCamera, "--once", "--speed", "max", "--out", out.path().string()},
+                      out / "log.txt"),
+            0)
+      << test::text_of(out / "log.txt");
   expect_local_outputs(out / "");
   const auto report = test::read_json(out / "report.json");
   const auto& robot = report.at("robots").at(0);
@@ -47,29 +48,29 @@ TEST(Once, WritesTrajectoryPicturesAndReport) {
 }
 
 TEST(Once, TheSameStreamGivesTheSameBytes) {
-  const Folder out;
+  const TempFolder out;
   for (const char* run : {"a", "b"})
-    ASSERT_EQ(test::run("onemapd", {"--camera", kCamera, "--once", "--speed", "max", "--out", (out / run).string()},
-                        out / "log.txt"),
-              0);
-  EXPECT_EQ(test::read_text(out / "a/trajectory.txt"), test::read_text(out / "b/trajectory.txt"));
-  EXPECT_EQ(test::read_text(out / "a/local.ply"), test::read_text(out / "b/local.ply"));
+    ASSERT_EQ(
+        test::run("onemapd", {"--camera", kCamera, "--once", "--speed", "max", "--out", out / run}, out / "log.txt"),
+        0);
+  EXPECT_EQ(test::text_of(out / "a/trajectory.txt"), test::text_of(out / "b/trajectory.txt"));
+  EXPECT_EQ(test::text_of(out / "a/local.ply"), test::text_of(out / "b/local.ply"));
   EXPECT_EQ(test::read_json(out / "a/report.json").at("robots").at(0).at("map_digest"),
             test::read_json(out / "b/report.json").at("robots").at(0).at("map_digest"));
 }
 
 TEST(Once, SigtermStopsWithinTwoSecondsAndWritesWhatThereIs) {
-  const Folder out;
+  const TempFolder out;
   const std::string camera = "simulated:living-room?robot=1&robots=3&frames=100000&seed=3";
-  auto daemon = test::start("onemapd", {"--camera", camera, "--once", "--out", out.text()}, out / "log.txt");
+  auto daemon = test::start("onemapd", {"--camera", camera, "--once", "--out", out.path().string()}, out / "log.txt");
   for (int i = 0; i < 600; ++i) {  // until it has a little map
-    const auto status = nlohmann::json::parse(test::read_text(out / "status.json"), nullptr, false);
+    const auto status = nlohmann::json::parse(test::text_of(out / "status.json"), nullptr, false);
     if (!status.is_discarded() && status.at("tracked").get<int>() >= 20) break;
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
-  ASSERT_TRUE(daemon.running()) << test::read_text(out / "log.txt");
+  ASSERT_TRUE(daemon.running()) << test::text_of(out / "log.txt");
   daemon.terminate();
-  ASSERT_TRUE(daemon.wait(test::kPatience * std::chrono::seconds(2))) << test::read_text(out / "log.txt");
+  ASSERT_TRUE(daemon.wait(test::kPatience * std::chrono::seconds(2))) << test::text_of(out / "log.txt");
   EXPECT_EQ(daemon.exit_code(), 3) << "the stream was not over";
   EXPECT_GE(test::lines(out / "trajectory.txt"), 15u);
   expect_local_outputs(out / "");
@@ -79,13 +80,13 @@ TEST(Once, SigtermStopsWithinTwoSecondsAndWritesWhatThereIs) {
 TEST(Once, RecordedCutIsTrackedAlongTheTruth) {
   const std::filesystem::path recording = std::filesystem::path(ONEMAP_SHARED_DIR) / "data/fr1_xyz";
   if (!std::filesystem::exists(recording)) GTEST_SKIP() << "the recording " << recording << " is not here";
-  const Folder out;
+  const TempFolder out;
   ASSERT_EQ(test::run("onemapd",
                       {"--camera", "replay:" + recording.string() + ":0:120", "--once", "--speed", "max",
-                       "--matches-picture", "50", "--out", out.text()},
+                       "--matches-picture", "50", "--out", out.path().string()},
                       out / "log.txt"),
             0)
-      << test::read_text(out / "log.txt");
+      << test::text_of(out / "log.txt");
   EXPECT_GE(test::lines(out / "trajectory.txt"), 118u);
   std::string drawn;  // frame 50 against an earlier keyframe
   for (const auto& entry : std::filesystem::directory_iterator(out / "matches"))
@@ -93,8 +94,8 @@ TEST(Once, RecordedCutIsTrackedAlongTheTruth) {
   ASSERT_FALSE(drawn.empty());
   EXPECT_TRUE(starts_with(drawn, "\x89PNG\r\n"));
   // Every time is a colour time of the recording, as it stands there.
-  const std::string colour = test::read_text(recording / "rgb.txt");
-  std::istringstream poses(test::read_text(out / "trajectory.txt"));
+  const std::string colour = test::text_of(recording / "rgb.txt");
+  std::istringstream poses(test::text_of(out / "trajectory.txt"));
   for (std::string line; std::getline(poses, line);) EXPECT_THAT(colour, HasSubstr(line.substr(0, line.find(' '))));
 }
 

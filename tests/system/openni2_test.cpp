@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <map>
+#include <sstream>
 
 #include "hal/backends/openni2.hpp"
 #include "hal/backends/simulated.hpp"
@@ -111,27 +111,27 @@ TEST(OpenNi2, ADeviceThatIsPulledOutAndPluggedInGoesOnWithTheSameMap) {
 
 // The trajectory's positions by the number of the frame, counted from the first that was tracked.
 void number_frames(const std::filesystem::path& trajectory, const std::filesystem::path& into) {
-  std::ofstream out(into);
+  std::ostringstream out;
   std::optional<double> first;
-  std::ifstream in(trajectory);
-  for (std::string line; std::getline(in, line);) {
+  for (const std::string& line : test::lines_of(trajectory)) {
     double time = 0, x = 0, y = 0, z = 0;
     if (line.starts_with('#') || !(std::istringstream(line) >> time >> x >> y >> z)) continue;
     if (!first) first = time;
     out << std::lround((time - *first) * 30) << " " << x << " " << y << " " << z << " 0 0 0 1\n";
   }
+  ASSERT_TRUE(write_text_file(into.string(), out.str()).ok());
 }
 
-double best_error_m(const test::Folder& folder, const std::string& room) {
+double best_error_m(const test::TempFolder& folder, const std::string& room) {
   const auto truth = hal::simulated_truth(*hal::parse_camera_address(room));
   double best = 1e9;
   for (std::size_t first = 0; first < truth->size(); ++first) {  // frames before the tracker was ready
-    std::ofstream out(folder / "truth.txt");
+    std::ostringstream out;
     for (std::size_t i = first; i < truth->size(); ++i) {
       const auto& t = (*truth)[i].t_world_camera_m;
       out << i - first << " " << t[0] << " " << t[1] << " " << t[2] << " 0 0 0 1\n";
     }
-    out.close();
+    folder.write("truth.txt", out.str());
     const double error = test::team_ate({{folder / "numbered.txt", folder / "truth.txt"}});
     if (error < best) best = error;
   }
@@ -139,7 +139,7 @@ double best_error_m(const test::Folder& folder, const std::string& room) {
 }
 
 TEST(OpenNi2, TheDaemonMapsADeviceAndWaitsForItWhileItIsGone) {
-  const test::Folder folder;
+  const test::TempFolder folder;
   test::OpenNi2Devices devices;
   const std::string room = "simulated:living-room?robot=1&robots=3&seed=3&width=320&height=240&frames=1000";
   const std::string lines = "room " + room + "\nhz 15\nclock_restarts 0\n";

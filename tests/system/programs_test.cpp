@@ -11,7 +11,7 @@
 namespace onemap {
 namespace {
 
-using test::Folder;
+using test::TempFolder;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
@@ -24,21 +24,21 @@ struct Ran {
   std::string text;
 };
 
-Ran run(const Folder& folder, const std::string& program, const std::vector<std::string>& arguments) {
+Ran run(const TempFolder& folder, const std::string& program, const std::vector<std::string>& arguments) {
   const int status = test::run(program, arguments, folder / "program.txt");
-  return {status, test::read_text(folder / "program.txt")};
+  return {status, test::text_of(folder / "program.txt")};
 }
 
 // onemapd on a short stream, with more arguments.
-Ran once(const Folder& folder, const std::vector<std::string>& more, const std::string& out = "out",
+Ran once(const TempFolder& folder, const std::vector<std::string>& more, const std::string& out = "out",
          const std::string& camera = kCamera) {
-  std::vector<std::string> arguments{"--camera", camera, "--once", "--speed", "max", "--out", (folder / out).string()};
+  std::vector<std::string> arguments{"--camera", camera, "--once", "--speed", "max", "--out", folder / out};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return run(folder, "onemapd", arguments);
 }
 
 TEST(Programs, EachSaysItsVersionAndHelp) {
-  const Folder folder;
+  const TempFolder folder;
   for (const std::string program : {"onemapd", "onemap-fleet", "onemap-view", "onemap-eval"}) {
     const Ran version = run(folder, program, {"--version"});
     EXPECT_EQ(version.status, 0) << program;
@@ -53,23 +53,24 @@ TEST(Programs, EachSaysItsVersionAndHelp) {
 }
 
 TEST(Programs, TheExampleConfigurationIsOneThatWorks) {
-  const Folder folder;
+  const TempFolder folder;
   const Ran example = run(folder, "onemapd", {"--help-config"});
   ASSERT_EQ(example.status, 0);
-  std::ofstream(folder / "c.toml") << example.text;
-  const Ran ran = once(folder, {"--config", (folder / "c.toml").string()});
+  folder.write("c.toml", example.text);
+  const Ran ran = once(folder, {"--config", folder / "c.toml"});
   EXPECT_EQ(ran.status, 0) << ran.text;
 }
 
 TEST(Programs, WrongCommandLinesAndConfigurationsEndWithTwoAndTouchNothing) {
-  const Folder folder;
-  std::ofstream(folder / "nan.toml") << "[map]\nvoxel_m = nan\n";
-  std::ofstream(folder / "few.toml") << "[tracking]\nmax_keyframes = 8\n";
-  std::ofstream(folder / "deep.toml") << "[map]\ntruncation_m = 2.1\n";
-  std::ofstream(folder / "huge.toml") << "[network]\nlisten = \"127.0.0.1:0\"\nstore_budget_mb = 65536\n"
-                                      << "[map]\nbudget_mb = 65536\nglobal_budget_mb = 65536\n";
-  std::ofstream(folder / "slip.toml") << "[map]\nvoxel = 0.05\n";
-  const auto config = [&](const char* name) { return std::vector<std::string>{"--config", (folder / name).string()}; };
+  const TempFolder folder;
+  folder.write("nan.toml", "[map]\nvoxel_m = nan\n");
+  folder.write("few.toml", "[tracking]\nmax_keyframes = 8\n");
+  folder.write("deep.toml", "[map]\ntruncation_m = 2.1\n");
+  folder.write("huge.toml",
+               "[network]\nlisten = \"127.0.0.1:0\"\nstore_budget_mb = 65536\n"
+               "[map]\nbudget_mb = 65536\nglobal_budget_mb = 65536\n");
+  folder.write("slip.toml", "[map]\nvoxel = 0.05\n");
+  const auto config = [&](const char* name) { return std::vector<std::string>{"--config", folder / name}; };
   const std::vector<std::pair<std::vector<std::string>, std::string>> wrong{
       {config("nan.toml"), "nan.toml:2: map.voxel_m"},
       {config("few.toml"), "few.toml:2: tracking.max_keyframes: 8 is not within 10 to 10000"},
@@ -102,8 +103,8 @@ TEST(Programs, WrongCommandLinesAndConfigurationsEndWithTwoAndTouchNothing) {
 }
 
 TEST(Programs, WhatCannotBeOpenedOrMadeEndsWithOneAndSaysWhat) {
-  const Folder folder;
-  std::ofstream(folder / "file") << "not a folder";
+  const TempFolder folder;
+  folder.write("file", "not a folder");
   auto taken = comms::UdpPort::open({comms::Endpoint::ipv4(127, 0, 0, 1, 0), {}});
   ASSERT_TRUE(taken.ok());
   const std::string port = comms::to_string((*taken)->local());
@@ -121,17 +122,17 @@ TEST(Programs, WhatCannotBeOpenedOrMadeEndsWithOneAndSaysWhat) {
 }
 
 TEST(Programs, AFolderThatTakesNoFilesIsSaidBeforeTheWork) {
-  const Folder folder;
+  const TempFolder folder;
   std::filesystem::create_directories(folder / "out");
   constexpr int kNoMount = 77;
-  const std::string out = (folder / "out").string();
+  const std::string out = folder / "out";
   const std::string command = fmt::format(
       "unshare -m sh -c \"mount -t tmpfs -o ro none {0} || exit {1}; exec {2}/onemapd --camera '{3}' --once --out "
       "{0}\" "
       "2> {4} || exit $?",
-      out, kNoMount, ONEMAP_BIN_DIR, kCamera, (folder / "e").string());
+      out, kNoMount, ONEMAP_BIN_DIR, kCamera, folder / "e");
   const int status = WEXITSTATUS(std::system(command.c_str()));
-  const std::string said = test::read_text(folder / "e");
+  const std::string said = test::text_of(folder / "e");
   if (status == kNoMount || said.find("unshare") != std::string::npos)
     GTEST_SKIP() << "no file system can be mounted here (needs root): " << said;
   EXPECT_EQ(status, 1) << said;
@@ -139,48 +140,48 @@ TEST(Programs, AFolderThatTakesNoFilesIsSaidBeforeTheWork) {
 }
 
 TEST(Programs, AFullStandardOutputIsAFailure) {
-  const Folder folder;
-  const std::string command = std::string(ONEMAP_BIN_DIR) + "/onemapd --help > /dev/full 2> " + (folder / "e").string();
+  const TempFolder folder;
+  const std::string command = std::string(ONEMAP_BIN_DIR) + "/onemapd --help > /dev/full 2> " + folder / "e";
   const int status = std::system(command.c_str());
   EXPECT_EQ(WEXITSTATUS(status), 1);
-  EXPECT_THAT(test::read_text(folder / "e"), HasSubstr("standard output: No space left on device"));
+  EXPECT_THAT(test::text_of(folder / "e"), HasSubstr("standard output: No space left on device"));
 }
 
 TEST(Programs, WorkWhereChildrenAreIgnored) {
-  const Folder folder;
+  const TempFolder folder;
   const std::string command =
       fmt::format("bash -c \"trap '' CHLD; exec {}/onemapd --camera '{}' --once --speed max --out {}\" 2> {}",
-                  ONEMAP_BIN_DIR, kCamera, (folder / "out").string(), (folder / "e").string());
+                  ONEMAP_BIN_DIR, kCamera, folder / "out", folder / "e");
   const int status = std::system(command.c_str());
-  EXPECT_EQ(WEXITSTATUS(status), 0) << test::read_text(folder / "e");
+  EXPECT_EQ(WEXITSTATUS(status), 0) << test::text_of(folder / "e");
 }
 
 // A folder's name may be any bytes, and what is written of it is text all the same.
 TEST(Programs, ARecordingWhoseNameIsNoTextIsMappedAndReported) {
   const std::filesystem::path recording = std::filesystem::path(ONEMAP_SHARED_DIR) / "data/fr1_xyz";
   if (!std::filesystem::exists(recording)) GTEST_SKIP() << "the recording " << recording << " is not here";
-  const Folder folder;
+  const TempFolder folder;
   const std::string name = "r\xff\x1b[31m\nroot: x";
   std::filesystem::create_directory_symlink(recording, folder / name);
-  const std::string camera = "replay:" + (folder / name).string() + ":0:30";
+  const std::string camera = "replay:" + folder / name + ":0:30";
   const std::string shown = "r\\xff\\x1b[31m\\x0aroot: x";
   const Ran alone = once(folder, {}, name + "-out", camera);
   EXPECT_EQ(alone.status, 0) << alone.text;
   EXPECT_THAT(alone.text, AllOf(HasSubstr(shown), Not(HasSubstr("\x1b")), Not(HasSubstr("\nroot"))));
-  const auto report = test::read_json(folder / (name + "-out") / "report.json");
+  const auto report = test::read_json(folder / (name + "-out/report.json"));
   EXPECT_THAT(report.at("robots").at(0).at("camera").get<std::string>(), HasSubstr(shown));
 
-  const Ran fleet = run(folder, "onemap-fleet", {"--robot", camera, "--out", (folder / (name + "-fleet")).string()});
+  const Ran fleet = run(folder, "onemap-fleet", {"--robot", camera, "--out", folder / (name + "-fleet")});
   EXPECT_EQ(fleet.status, 0) << fleet.text;
   EXPECT_THAT(fleet.text, AllOf(HasSubstr(shown + "-fleet/robot1/local.png"), Not(HasSubstr("\x1b"))));
-  const auto team = test::read_json(folder / (name + "-fleet") / "report.json");
+  const auto team = test::read_json(folder / (name + "-fleet/report.json"));
   EXPECT_THAT(team.at("robots").at(0).at("camera").get<std::string>(), HasSubstr(shown));
 
-  const std::string map = (folder / (name + "-out") / "local.ply").string();
-  const Ran view = run(folder, "onemap-view", {map, "--ply", (folder / (name + ".ply")).string()});
+  const std::string map = folder / (name + "-out/local.ply");
+  const Ran view = run(folder, "onemap-view", {map, "--ply", folder / (name + ".ply")});
   EXPECT_EQ(view.status, 0) << view.text;
   EXPECT_THAT(view.text, AllOf(HasSubstr(shown), Not(HasSubstr("\x1b"))));
-  const std::string poses = (folder / (name + "-out") / "trajectory.txt").string();
+  const std::string poses = folder / (name + "-out/trajectory.txt");
   const Ran eval = run(folder, "onemap-eval", {poses, (recording / "groundtruth.txt").string(), "--json"});
   EXPECT_EQ(eval.status, 0) << eval.text;
   const auto errors = nlohmann::json::parse(eval.text);
@@ -190,11 +191,11 @@ TEST(Programs, ARecordingWhoseNameIsNoTextIsMappedAndReported) {
 }
 
 TEST(Programs, ErrorsQuoteNamesAsText) {
-  const Folder folder;
-  const std::string name = (folder / "no\xff\x1b[31m\nroot: x").string(), shown = "no\\xff\\x1b[31m\\x0aroot: x";
+  const TempFolder folder;
+  const std::string name = folder / "no\xff\x1b[31m\nroot: x", shown = "no\\xff\\x1b[31m\\x0aroot: x";
   for (const Ran& ran :
        {once(folder, {}, "out", "replay:" + name), once(folder, {"--config", name}),
-        run(folder, "onemap-fleet", {"--robot", "replay:" + name, "--out", (folder / "f").string()}),
+        run(folder, "onemap-fleet", {"--robot", "replay:" + name, "--out", folder / "f"}),
         run(folder, "onemap-view", {name + ".ply", "--ply", "x.ply"}), run(folder, "onemap-eval", {name, name})}) {
     EXPECT_NE(ran.status, 0);
     EXPECT_THAT(ran.text, AllOf(HasSubstr(shown), Not(HasSubstr("\x1b")), Not(HasSubstr("\nroot"))));

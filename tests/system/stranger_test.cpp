@@ -16,9 +16,9 @@ namespace onemap {
 namespace {
 
 using mapping::RecordKind;
-using test::Folder;
 using test::Robot;
 using test::Stranger;
+using test::TempFolder;
 using testing::HasSubstr;
 using testing::Not;
 using namespace std::chrono_literals;
@@ -71,7 +71,7 @@ void speak_as(Stranger& stranger, const std::string& name) {
 }
 
 struct Victim {
-  Folder folder;
+  TempFolder folder;
   std::uint16_t port = test::free_port();
   Robot robot;
   explicit Victim(const std::string& camera = kCamera, const std::string& speed = "1")
@@ -100,7 +100,7 @@ TEST(StrangerTest, NamesThatAreNoNamesWriteNoFilesAndForgeNoLines) {
       EXPECT_TRUE(
           test::wait_until([&] { return victim.robot.status("state", std::string("tracking")) != "tracking"; }, 30s));
       EXPECT_EQ(victim.robot.stop(), 0) << victim.robot.log();
-      return test::read_text(victim.robot.out() / "trajectory.txt");
+      return test::text_of(victim.robot.out() / "trajectory.txt");
     }();
     EXPECT_GE(std::count(own.begin(), own.end(), '\n'), 30 / test::kPatience) << "the robot's own trajectory";
     for (const std::string& file : files_below(victim.folder / ""))
@@ -148,7 +148,7 @@ TEST(StrangerTest, ARecordInTheRobotsOwnNameDoesNotEraseIt) {
 }
 
 TEST(StrangerTest, RobotsThatAreOnlyHeardOfKeepNobodyFromEnding) {
-  Folder folder;
+  TempFolder folder;
   const auto port = test::free_port();
   Robot robot(folder, "victim", kCamera, {"--once", "--speed", "1", "--listen", at(port), "--linger", "1"});
   ASSERT_TRUE(robot.says("listening at"));
@@ -164,7 +164,7 @@ TEST(StrangerTest, RobotsThatAreOnlyHeardOfKeepNobodyFromEnding) {
 }
 
 TEST(StrangerTest, WhoeverFillsTheTableKeepsNeitherPeersNorNewcomersOut) {
-  Folder folder;
+  TempFolder folder;
   const auto port = test::free_port(), peer = test::free_port();
   Robot victim(folder, "victim", kLongCamera, {"--listen", at(port), "--peer", at(peer)});
   ASSERT_TRUE(victim.says("listening at"));
@@ -189,14 +189,14 @@ TEST(StrangerTest, WhoeverFillsTheTableKeepsNeitherPeersNorNewcomersOut) {
 // A board without a battery clock: its second life begins before its first.
 TEST(StrangerTest, AClockThatGoesBackBetweenTwoLivesDoesNotSplitTheTeam) {
   for (const bool keeps_its_counter : {true, false}) {
-    Folder folder;
+    TempFolder folder;
     const auto a = test::free_port(), b = test::free_port();
     const auto with = [](std::uint16_t own, std::uint16_t other) {
       return std::vector<std::string>{"--listen", at(own), "--peer", at(other), "--speed", "1"};
     };
     std::filesystem::create_directories(folder / "board");
     const std::uint64_t ahead = 2'500'000'000'000'000'000;  // 2049: the clock was wrong in its first life
-    std::ofstream(folder / "board/life") << ahead << "\n";
+    folder.write("board/life", std::to_string(ahead) + "\n");
     Robot staying(folder, "staying", kLongCamera, with(a, b));
     {
       Robot board(folder, "board", kLongCamera, with(b, a));

@@ -8,21 +8,21 @@
 namespace onemap {
 namespace {
 
-using test::Folder;
+using test::TempFolder;
 
-int run_fleet(const Folder& out, std::vector<std::string> arguments, int timeout_s = 120) {
-  arguments.insert(arguments.end(), {"--timeout", std::to_string(timeout_s), "--out", out.text()});
+int run_fleet(const TempFolder& out, std::vector<std::string> arguments, int timeout_s = 120) {
+  arguments.insert(arguments.end(), {"--timeout", std::to_string(timeout_s), "--out", out.path().string()});
   const int code =
       test::run("onemap-fleet", arguments, out / "fleet.txt", std::chrono::seconds(std::max(240, timeout_s + 20)));
-  std::string logs = test::read_text(out / "fleet.txt");
+  std::string logs = test::text_of(out / "fleet.txt");
   if (code != 0)
-    for (int i = 1; i <= 4; ++i) logs += test::read_text(out / ("robot" + std::to_string(i) + "/log.txt"));
+    for (int i = 1; i <= 4; ++i) logs += test::text_of(out / ("robot" + std::to_string(i) + "/log.txt"));
   EXPECT_EQ(code, 0) << logs;
   return code;
 }
 
 // The report says one map, and so does every robot's.
-void expect_one_map(const Folder& out, std::size_t robots) {
+void expect_one_map(const TempFolder& out, std::size_t robots) {
   const auto report = test::read_json(out / "report.json");
   EXPECT_TRUE(report.at("same_map").get<bool>());
   ASSERT_EQ(report.at("robots").size(), robots);
@@ -31,14 +31,14 @@ void expect_one_map(const Folder& out, std::size_t robots) {
     EXPECT_NE(robot.at("map_digest"), "0000000000000000");
     EXPECT_GT(robot.at("bytes_received").get<std::uint64_t>(), 10000u);
   }
-  const std::string first = test::read_text(out / "robot1/global.ply");
+  const std::string first = test::text_of(out / "robot1/global.ply");
   EXPECT_GT(first.size(), 10000u);
   for (std::size_t i = 2; i <= robots; ++i)
-    EXPECT_EQ(first, test::read_text(out / ("robot" + std::to_string(i) + "/global.ply"))) << "robot" << i;
+    EXPECT_EQ(first, test::text_of(out / ("robot" + std::to_string(i) + "/global.ply"))) << "robot" << i;
 }
 
 // Error of the trajectories that `knower` holds of the robots, in one frame, against the simulation's truth.
-double global_ate(const Folder& out, const std::string& knower, const std::vector<std::string>& robots) {
+double global_ate(const TempFolder& out, const std::string& knower, const std::vector<std::string>& robots) {
   std::vector<std::pair<std::filesystem::path, std::filesystem::path>> pairs;
   for (const std::string& robot : robots)
     pairs.emplace_back(out / (knower + "/global/" + robot + ".txt"), out / (robot + "/groundtruth.txt"));
@@ -46,7 +46,7 @@ double global_ate(const Folder& out, const std::string& knower, const std::vecto
 }
 
 TEST(Team, ThreeRobotsEndWithEqualMaps) {
-  const Folder out;
+  const TempFolder out;
   if (run_fleet(out, {"--simulate", "3", "--frames", "90", "--seed", "3"}) != 0) return;
   expect_one_map(out, 3);
   const auto report = test::read_json(out / "report.json");
@@ -55,32 +55,32 @@ TEST(Team, ThreeRobotsEndWithEqualMaps) {
   for (const char* knower : {"robot1", "robot2", "robot3"})
     EXPECT_LT(global_ate(out, knower, {"robot1", "robot2", "robot3"}), 0.05) << knower;
   for (const char* file : {"local.png", "local.glb", "global.png", "global.glb", "global.ply", "trajectory.txt"})
-    EXPECT_TRUE(std::filesystem::exists(out / "robot3" / file)) << file;
+    EXPECT_TRUE(std::filesystem::exists(out / ("robot3/" + std::string(file)))) << file;
 }
 
 // At the recordings' own pace the robots find each other while they still map.
 TEST(Team, RobotsMergeWhileTheyMap) {
-  const Folder out;
-  std::ofstream(out / "team.toml") << "[run]\nmerge_while_mapping_s = 1\n";
+  const TempFolder out;
+  out.write("team.toml", "[run]\nmerge_while_mapping_s = 1\n");
   if (run_fleet(out, {"--simulate", "2", "--frames", "300", "--seed", "3", "--speed", "1", "--config",
-                      (out / "team.toml").string()}) != 0)
+                      out / "team.toml"}) != 0)
     return;
   expect_one_map(out, 2);
-  const std::string log = test::read_text(out / "robot1/log.txt");
+  const std::string log = test::text_of(out / "robot1/log.txt");
   const std::size_t merged = log.find("robots robot1 robot2"), finished = log.find("robot robot1 finished");
   ASSERT_NE(finished, std::string::npos) << log;
   EXPECT_LT(merged, finished) << log;
 }
 
 TEST(Team, LineWithLossEndsWithEqualMaps) {
-  const Folder out;
+  const TempFolder out;
   if (run_fleet(out, {"--simulate", "3", "--frames", "60", "--seed", "3", "--graph", "line", "--loss", "20%"}) != 0)
     return;
   expect_one_map(out, 3);
 }
 
 TEST(Team, AStrangerRelaysAndStaysOutOfTheMap) {
-  const Folder out;
+  const TempFolder out;
   if (run_fleet(out, {"--robot", "simulated:living-room?robot=1&robots=3&frames=90&seed=3", "--robot",
                       "simulated:storage?robot=1&robots=3&frames=90&seed=3", "--robot",
                       "simulated:living-room?robot=2&robots=3&frames=90&seed=3", "--graph", "1-2,2-3"}) != 0)
@@ -95,19 +95,20 @@ TEST(Team, AStrangerRelaysAndStaysOutOfTheMap) {
 }
 
 TEST(Team, ARobotThatCannotStartEndsTheFleetWithAnError) {
-  const Folder out;
+  const TempFolder out;
   EXPECT_EQ(test::run("onemap-fleet",
-                      {"--robot", "simulated:office?frames=20", "--robot", "replay:/nonexistent", "--out", out.text()},
+                      {"--robot", "simulated:office?frames=20", "--robot", "replay:/nonexistent", "--out",
+                       out.path().string()},
                       out / "fleet.txt"),
             1);
-  EXPECT_THAT(test::read_text(out / "fleet.txt"), testing::HasSubstr("robot2 ended too early"));
+  EXPECT_THAT(test::text_of(out / "fleet.txt"), testing::HasSubstr("robot2 ended too early"));
 }
 
 TEST(Team, RobotsWithoutALinkAreNotOneTeam) {
-  const Folder out;
+  const TempFolder out;
   EXPECT_EQ(test::run("onemap-fleet",
                       {"--simulate", "2", "--frames", "20", "--graph", "1-2", "--loss", "0.999", "--timeout", "8",
-                       "--out", out.text()},
+                       "--out", out.path().string()},
                       out / "fleet.txt"),
             3);
   EXPECT_FALSE(test::read_json(out / "report.json").at("same_map").get<bool>());
@@ -120,7 +121,7 @@ TEST(Team, FourRobotsAtOneDeskEndWithThePinnedMap) {
   if (!std::filesystem::exists(data / "fr1_xyz") || !std::filesystem::exists(data / "fr1_rpy_a"))
     GTEST_SKIP() << "the recordings fr1_xyz and fr1_rpy_a are not in " << data;
   if (!std::string(ONEMAP_SANITIZE).empty()) GTEST_SKIP() << "four recordings under a sanitizer take too long";
-  const Folder out;
+  const TempFolder out;
   const std::string xyz = "replay:" + (data / "fr1_xyz").string(), rpy = "replay:" + (data / "fr1_rpy_a").string();
   if (run_fleet(out,
                 {"--robot", xyz + ":0:330", "--robot", xyz + ":230:560", "--robot", xyz + ":460:789", "--robot", rpy,
@@ -138,7 +139,7 @@ TEST(Team, FourRobotsAtOneDeskEndWithThePinnedMap) {
 TEST(Team, RecordedCutsOfOneDeskBecomeOneMap) {
   const std::filesystem::path recording = std::filesystem::path(ONEMAP_SHARED_DIR) / "data/fr1_xyz";
   if (!std::filesystem::exists(recording)) GTEST_SKIP() << "the recording " << recording << " is not here";
-  const Folder out;
+  const TempFolder out;
   const std::string address = "replay:" + recording.string();
   if (run_fleet(out, {"--robot", address + ":0:120", "--robot", address + ":90:210", "--loss", "10%"}) != 0) return;
   expect_one_map(out, 2);

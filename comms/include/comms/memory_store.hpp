@@ -10,8 +10,8 @@ namespace onemap::comms {
 
 // A LogStore in memory with a byte budget. It charges what records cost, not what they weigh: bodies, and a fixed
 // amount for each record and for each log, measured on glibc (tests/comms/store_test.cpp). Full is a normal state:
-// append refuses and counts. The last tenth of the budget is kept for lanes 0 and 1 (control and poses), so a flood of
-// voxels never keeps a pose out.
+// append refuses and says why (who appends counts). The last tenth of the budget is kept for lanes 0 and 1 (control and
+// poses), so a flood of voxels never keeps a pose out.
 class MemoryStore final : public LogStore {
  public:
   static constexpr std::size_t kRecordBytes = 160;  // charged for each record beside its body
@@ -29,14 +29,11 @@ class MemoryStore final : public LogStore {
 
   std::size_t capacity() const { return budget_; }
   std::size_t used() const { return used_; }
-  std::uint64_t refused_full() const { return refused_full_; }    // no room
-  std::uint64_t refused_order() const { return refused_order_; }  // not the next of its log
 
  private:
-  Error full(const Record& record);
+  Error full(const Record& record) const;
   std::size_t budget_;
   std::size_t used_ = 0;
-  std::uint64_t refused_full_ = 0, refused_order_ = 0;
   std::map<LogId, std::vector<std::shared_ptr<const Record>>> logs_;
   VersionVector frontier_;
 };

@@ -25,7 +25,6 @@ class Assembly {
   Kept keep(const wire::Data& data);  // known, and agreeing
 
   std::optional<std::uint32_t> serial_of(std::uint32_t fragment) const;  // when it is asked for
-  bool is_here(std::uint32_t fragment) const { return fragments_[fragment] == kHere; }
   bool is_missing(std::uint32_t fragment) const { return fragments_[fragment] == kMissing; }
   std::uint32_t fragments() const { return static_cast<std::uint32_t>(fragments_.size()); }
   std::uint32_t missing() const { return missing_; }

@@ -14,6 +14,9 @@ Status check_listen(const std::string& address);
 // An address of one other host, with a port.
 Status check_peer(const std::string& address);
 
+// An IPv4 multicast group with a port, or nothing.
+Status check_group(const std::string& address);
+
 // This machine's interfaces (their ports are 0).
 struct OwnNetwork {
   std::vector<comms::Endpoint> addresses, broadcasts;
@@ -21,7 +24,8 @@ struct OwnNetwork {
 OwnNetwork own_network();
 
 // All together: every peer can be reached from the listening socket (empty: 0.0.0.0:0), is named once, and is not this
-// robot itself.
-Status check_addresses(const std::string& listen, const std::vector<std::string>& peers, const OwnNetwork& own);
+// robot itself. A group is heard by a socket that listens at an IPv4 address.
+Status check_addresses(const std::string& listen, const std::vector<std::string>& peers, const std::string& group,
+                       const OwnNetwork& own);
 
 }  // namespace onemap::daemon

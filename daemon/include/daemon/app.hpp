@@ -40,7 +40,7 @@ class App {
   void say_waiting(Instant now);
   bool done() const;
   bool lingered(Instant now) const;
-  RobotStatus status() const;
+  DaemonStatus status() const;
 
   const Config config_;
   Log& log_;

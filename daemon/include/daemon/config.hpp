@@ -19,8 +19,9 @@ struct Config {
   std::string id;                               // 1..16 characters of A-Z a-z 0-9 _ . -
   std::string camera;                           // address, see --help
   std::string out;                              // folder of what is written
-  std::string listen;                           // ADDR:PORT; empty: 0.0.0.0 with any port when there are peers
+  std::string listen;                           // ADDR:PORT; empty: 0.0.0.0, any port, when not alone
   std::vector<std::string> peers;               // ADDR:PORT
+  std::string group;                            // multicast ADDR:PORT where robots meet; empty: none
   std::uint64_t bytes_per_second = 8'000'000;   // pacing of what is sent, over all neighbours
   std::size_t store_budget_bytes = 256u << 20;  // records held, everybody's
   bool once = false;                            // finish when the stream is over and the team agrees
@@ -33,7 +34,7 @@ struct Config {
   mapping::LocalMapperConfig mapper;
   std::size_t global_budget_bytes = 64u << 20;
 
-  bool alone() const { return listen.empty() && peers.empty(); }
+  bool alone() const { return listen.empty() && peers.empty() && group.empty(); }
 };
 
 // Reads a TOML file over what `config` holds. Unknown keys, values out of range and what does not fit together are

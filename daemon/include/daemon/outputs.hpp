@@ -11,9 +11,6 @@ namespace onemap::daemon {
 // Each pose is T_frame_robot * T_robot_camera.
 std::string trajectory_text(const std::vector<mapping::StampedPose>& poses, const mapping::Pose& T_frame_robot = {});
 
-// Writes text whole or not at all.
-Status write_text(const std::string& file, const std::string& text);
-
 // Makes the folder with its parents; the error names the folder. One that is there but takes no files is an error, too.
 Status make_folder(const std::string& folder);
 

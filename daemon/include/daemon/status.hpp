@@ -8,7 +8,7 @@
 namespace onemap::daemon {
 
 // What a robot is doing, for whoever starts it: OUT/status.json, rewritten whole several times a second.
-struct RobotStatus {
+struct DaemonStatus {
   std::string state = "tracking";     // tracking, merging (own work done, team not), settled
   std::uint64_t frames = 0;           // done
   std::uint64_t frames_expected = 0;  // of the stream; 0: unknown
@@ -24,9 +24,9 @@ struct RobotStatus {
   std::map<std::string, std::uint64_t> refused;  // datagrams and records, by reason
 };
 
-std::string to_json(const RobotStatus& status);
-Result<RobotStatus> status_from_json(const std::string& text, const std::string& place);
-Result<RobotStatus> read_status(const std::string& file);
-Status write_status(const std::string& file, const RobotStatus& status);
+std::string to_json(const DaemonStatus& status);
+Result<DaemonStatus> status_from_json(const std::string& text, const std::string& place);
+Result<DaemonStatus> read_status(const std::string& file);
+Status write_status(const std::string& file, const DaemonStatus& status);
 
 }  // namespace onemap::daemon

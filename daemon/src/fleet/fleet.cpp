@@ -12,6 +12,7 @@
 #include "daemon/fleet/log_tail.hpp"
 #include "daemon/outputs.hpp"
 #include "hal/backends/simulated.hpp"
+#include "hal/base/file.hpp"
 #include "hal/base/text.hpp"
 
 namespace onemap::daemon {
@@ -44,7 +45,7 @@ Exit Fleet::run(StopSignals& signals) {
   if (end == End::stopped) say("stopped before all agreed");
   stop_robots();
   const Report report = collect(end == End::agreed);
-  const Status written = write_text(config_.out + "/report.json", to_json(report));
+  const Status written = write_text_file(config_.out + "/report.json", to_json(report));
   fmt::print("{}", to_text(report, config_.out));
   if (!written) say(written.error().text());
   return written ? verdict(end, report) : Exit::failed;
@@ -146,8 +147,8 @@ void Fleet::read_statuses() {
 
 bool Fleet::all_agree() const {
   // Robots without a way to each other agree among those that they know; the report then says whether maps are equal.
-  return std::ranges::all_of(statuses_, [](const RobotStatus& s) { return s.agreed && s.state == "settled"; }) &&
-         std::ranges::all_of(statuses_, [&](const RobotStatus& s) {
+  return std::ranges::all_of(statuses_, [](const DaemonStatus& s) { return s.agreed && s.state == "settled"; }) &&
+         std::ranges::all_of(statuses_, [&](const DaemonStatus& s) {
            return s.robots_known == statuses_.size() && s.map_digest == statuses_[0].map_digest;
          });
 }
@@ -184,7 +185,7 @@ Report Fleet::robot_report(std::size_t number) const {
     report->robots[0].failed = failed;
     return *report;
   }
-  const RobotStatus& status = statuses_[number];
+  const DaemonStatus& status = statuses_[number];
   RobotReport robot;
   robot.name = fleet_robot_name(number);
   robot.camera = config_.cameras[number];
@@ -230,7 +231,7 @@ Status Fleet::write_truth(std::size_t number) const {
     text += fmt::format("{}.{:06} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", us / 1000000, us % 1000000, t[0],
                         t[1], t[2], q[0], q[1], q[2], q[3]);
   }
-  return write_text(folder(number) + "/groundtruth.txt", text);
+  return write_text_file(folder(number) + "/groundtruth.txt", text);
 }
 
 namespace {

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "daemon/clock.hpp"
+#include "hal/base/splitmix.hpp"
 
 namespace onemap::daemon {
 
@@ -19,16 +20,6 @@ namespace {
 constexpr int kBufferBytes = 4 << 20;
 constexpr int kLongestWait_ms = 50;
 constexpr int kDatagramsAtOnce = 64;
-
-std::uint64_t next_random(std::uint64_t& state) {  // splitmix64
-  state += 0x9E3779B97F4A7C15u;
-  std::uint64_t z = state;
-  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-  z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-  return z ^ (z >> 31);
-}
-
-double next_unit(std::uint64_t& state) { return static_cast<double>(next_random(state) >> 11) * 0x1p-53; }
 
 const sockaddr* generic(const sockaddr_in& address) { return reinterpret_cast<const sockaddr*>(&address); }
 sockaddr* generic(sockaddr_in& address) { return reinterpret_cast<sockaddr*>(&address); }
@@ -39,7 +30,7 @@ struct LinkEmulator::End {
   std::uint16_t port = 0;
   bool known = false;  // its robot spoke
   sockaddr_in robot{};
-  std::uint64_t random = 0;
+  SplitMix random{0};
 };
 
 struct LinkEmulator::Late {
@@ -56,7 +47,7 @@ Result<std::unique_ptr<LinkEmulator>> LinkEmulator::open(const std::vector<Fleet
                                                          const LinkFaults& faults) {
   std::unique_ptr<LinkEmulator> emulator(new LinkEmulator(faults));
   emulator->links_ = links;
-  std::uint64_t seeds = faults.seed;
+  SplitMix seeds(faults.seed);
   for (std::size_t i = 0; i < 2 * links.size(); ++i) {
     End end;
     const auto failed = [](const char* what) {
@@ -73,7 +64,7 @@ Result<std::unique_ptr<LinkEmulator>> LinkEmulator::open(const std::vector<Fleet
     if (getsockname(end.socket, generic(address), &length) != 0) return failed("getsockname");
     setsockopt(end.socket, SOL_SOCKET, SO_RCVBUF, &kBufferBytes, sizeof kBufferBytes);
     emulator->ends_.back().port = ntohs(address.sin_port);
-    emulator->ends_.back().random = next_random(seeds);
+    emulator->ends_.back().random = SplitMix(seeds.next());
   }
   return emulator;
 }
@@ -118,7 +109,7 @@ void LinkEmulator::receive(std::size_t index) {
     const ssize_t size = recvfrom(end.socket, buffer.data(), buffer.size(), 0, generic(end.robot), &length);
     if (size < 0) return;  // nothing waits, or the robot is gone
     end.known = true;
-    if (next_unit(end.random) < faults_.loss) {
+    if (end.random.unit() < faults_.loss) {
       ++lost_;
       continue;
     }

@@ -7,10 +7,10 @@
 #include <cstdio>
 
 #include "daemon/saved_map.hpp"
+#include "hal/base/file.hpp"
 #include "hal/base/text.hpp"
 #include "render/compare.hpp"
 #include "render/figures.hpp"
-#include "render/file.hpp"
 #include "render/follow.hpp"
 #include "render/gltf_writer.hpp"
 #include "render/legend.hpp"
@@ -31,7 +31,7 @@ std::string without_ending(const std::string& file, const std::string& ending) {
 Result<render::Scene> read_any(const std::string& path) {
   if (path.ends_with(".glb")) return render::read_glb(path);
   if (path.ends_with(".omap")) {
-    const auto bytes = render::read_file(path);
+    const auto bytes = read_file(path);
     if (!bytes) return bytes.error();
     return load_map(path, *bytes);
   }

@@ -7,16 +7,15 @@
 #include <cmath>
 #include <iterator>
 
+#include "hal/imaging/image_size.hpp"
 #include "hal/imaging/text_lines.hpp"
+#include "hal/lens.hpp"
 
 namespace onemap::hal::imaging {
 
 namespace {
 
-constexpr double kMostPixels = 8192;          // of an image's side
-constexpr double kFocal[] = {0.1, 20};        // in image widths: fields of view from 3 to 157 degrees
-constexpr double kMostDistortion = 100;       // dimensionless; real lenses have less than 10
-constexpr double kDepthScale[] = {100, 1e5};  // values a metre
+constexpr double kMostDistortion = 100;  // dimensionless; real lenses have less than 10
 
 struct Key {
   std::string_view name;
@@ -24,18 +23,18 @@ struct Key {
   bool needed;
   double least, most;
 };
-constexpr double kLeastFocal = 1, kMostFocal = kFocal[1] * kMostPixels;
+constexpr double kLeastFocal = 1, kMostFocal = kFocalLengthWidths.most * kMostSide_px;
 constexpr Key kKeys[] = {
     {"fx", &Intrinsics::fx, true, kLeastFocal, kMostFocal},
     {"fy", &Intrinsics::fy, true, kLeastFocal, kMostFocal},
-    {"cx", &Intrinsics::cx, true, -0.5, kMostPixels},
-    {"cy", &Intrinsics::cy, true, -0.5, kMostPixels},
+    {"cx", &Intrinsics::cx, true, -0.5, kMostSide_px},
+    {"cy", &Intrinsics::cy, true, -0.5, kMostSide_px},
     {"k1", &Intrinsics::k1, false, -kMostDistortion, kMostDistortion},
     {"k2", &Intrinsics::k2, false, -kMostDistortion, kMostDistortion},
     {"p1", &Intrinsics::p1, false, -kMostDistortion, kMostDistortion},
     {"p2", &Intrinsics::p2, false, -kMostDistortion, kMostDistortion},
     {"k3", &Intrinsics::k3, false, -kMostDistortion, kMostDistortion},
-    {"depth_scale", &Intrinsics::depth_scale, false, kDepthScale[0], kDepthScale[1]},
+    {"depth_scale", &Intrinsics::depth_scale, false, kDepthScale.least, kDepthScale.most},
 };
 
 const Key* find(std::string_view name) {
@@ -114,7 +113,7 @@ Status Calibration::check_within(std::string_view key, double least, double most
 
 Status Calibration::check(int width, int height) const {
   const std::string why = fmt::format(", for images of {}x{}", width, height);
-  const double least = kFocal[0] * width, most = kFocal[1] * width;
+  const double least = kFocalLengthWidths.least * width, most = kFocalLengthWidths.most * width;
   for (const Status& status : {check_within("fx", least, most, why), check_within("fy", least, most, why),
                                check_within("cx", -0.5, width - 0.5, why), check_within("cy", -0.5, height - 0.5, why)})
     if (!status) return status.error();

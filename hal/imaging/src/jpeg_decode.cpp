@@ -11,8 +11,6 @@ namespace onemap::hal::imaging {
 
 namespace {
 
-constexpr JDIMENSION kMaxSide = 8192;
-
 // libjpeg hands its callbacks the first member. Plain data: a longjmp passes over it.
 struct JpegState {
   jpeg_error_mgr manager;
@@ -36,7 +34,8 @@ void on_message(j_common_ptr jpeg, int level) {
 void read_jpeg(jpeg_decompress_struct& jpeg, JpegWanted wanted, ImageSize expected, std::uint8_t* pixels,
                ImageSize& size) {
   jpeg_read_header(&jpeg, TRUE);
-  if (jpeg.image_width > kMaxSide || jpeg.image_height > kMaxSide) ERREXIT1((&jpeg), JERR_IMAGE_TOO_BIG, kMaxSide);
+  if (jpeg.image_width > kMostSide_px || jpeg.image_height > kMostSide_px)
+    ERREXIT1((&jpeg), JERR_IMAGE_TOO_BIG, kMostSide_px);
   size = {static_cast<int>(jpeg.image_width), static_cast<int>(jpeg.image_height)};
   if (wanted == JpegWanted::size || size != expected) return;
   jpeg.out_color_space = JCS_RGB;

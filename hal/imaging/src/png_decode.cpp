@@ -12,8 +12,6 @@ namespace onemap::hal::imaging {
 
 namespace {
 
-constexpr png_uint_32 kMaxSide = 8192;
-
 // What libpng's callbacks see. Plain data: a longjmp passes over it.
 struct PngState {
   const std::uint8_t* data;
@@ -54,7 +52,7 @@ void want_grey16(png_structp png, png_infop info) {
 // Everything that may longjmp, called behind setjmp; no object here has a destructor.
 void read_png(png_structp png, png_infop info, PngWanted wanted, ImageSize expected, std::uint8_t* pixels,
               ImageSize& size) {
-  png_set_user_limits(png, kMaxSide, kMaxSide);
+  png_set_user_limits(png, kMostSide_px, kMostSide_px);
   png_read_info(png, info);
   size = {static_cast<int>(png_get_image_width(png, info)), static_cast<int>(png_get_image_height(png, info))};
   if (wanted == PngWanted::size || size != expected) return;

@@ -5,13 +5,12 @@
 namespace onemap::hal::imaging {
 
 namespace {
-constexpr int kMaxSide = 8192;
-constexpr std::size_t kMaxStride = std::size_t{64} * kMaxSide;
+constexpr std::size_t kMaxStride = std::size_t{64} * kMostSide_px;
 }  // namespace
 
 Status check_rows(const RawImage& image, std::size_t row_bytes) {
   const auto [width, height] = image.size;
-  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide)
+  if (width < 1 || height < 1 || width > kMostSide_px || height > kMostSide_px)
     return Error{"", fmt::format("an image of {}x{} pixels", width, height)};
   const std::size_t stride = image.stride(row_bytes);
   if (stride < row_bytes || stride > kMaxStride)

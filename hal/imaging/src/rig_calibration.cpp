@@ -55,7 +55,6 @@ constexpr Key kKeys[] = {{"width", Kind::side},
                          {"noise_least_m", Kind::positive},
                          {"noise_growth_per_m", Kind::positive},
                          {"noise_best_m", Kind::any}};
-constexpr double kMostSide = 8192;
 constexpr double kLeastCosine = 0.8660254;  // 30 degrees
 
 struct Given {
@@ -67,8 +66,8 @@ using Numbers = std::map<std::string, Given, std::less<>>;
 Status check_number(const Key& key, double value) {
   const bool whole = value == std::floor(value);
   if (key.kind == Kind::positive && !(value > 0)) return Error{"", fmt::format("{} must be positive", key.name)};
-  if (key.kind == Kind::side && !(whole && value >= 1 && value <= kMostSide))
-    return Error{"", fmt::format("{} must be a whole number from 1 to {}", key.name, kMostSide)};
+  if (key.kind == Kind::side && !(whole && value >= 1 && value <= kMostSide_px))
+    return Error{"", fmt::format("{} must be a whole number from 1 to {}", key.name, kMostSide_px)};
   if (key.kind == Kind::depth_value && !(whole && value >= 0 && value <= 65535))
     return Error{"", fmt::format("{} must be a whole number from 0 to 65535", key.name)};
   return success();

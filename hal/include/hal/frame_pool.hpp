@@ -57,8 +57,7 @@ class FramePool {
   FramePool& operator=(const FramePool&) = delete;
   ~FramePool();
 
-  Frame acquire();      // waits until a slot is free
-  Frame try_acquire();  // an empty Frame when none is free
+  Frame acquire();  // waits until a slot is free
   const Intrinsics& intrinsics() const { return intrinsics_; }
   std::size_t capacity() const { return slots_; }
   std::size_t used() const;

@@ -12,20 +12,6 @@
 
 namespace onemap::mapping {
 
-std::string_view to_string(IcpReason reason) {
-  switch (reason) {
-    case IcpReason::converged:
-      return "converged";
-    case IcpReason::iteration_limit:
-      return "iteration_limit";
-    case IcpReason::too_few_inliers:
-      return "too_few_inliers";
-    case IcpReason::degenerate:
-      return "degenerate";
-  }
-  return "unknown";
-}
-
 namespace {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;

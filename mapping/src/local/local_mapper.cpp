@@ -152,7 +152,6 @@ LocalMapper::~LocalMapper() = default;
 void LocalMapper::set_step_hook(StepHook hook) { impl_->begin = hook; }
 FrameReport LocalMapper::process(const hal::FrameView& frame) { return impl_->process(frame); }
 void LocalMapper::finish() { impl_->finish(); }
-VoxelMap& LocalMapper::map() { return impl_->surface.voxels(); }
 const VoxelMap& LocalMapper::map() const { return impl_->surface.voxels(); }
 bool LocalMapper::take_submap(SubmapRecord& out) { return impl_->surface.take_submap(out); }
 bool LocalMapper::take_poses(TrajectoryRecord& out) { return impl_->trajectory.take(out.poses, kPoseBatch); }

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "mapping/local/lens.hpp"
+#include "hal/lens.hpp"
 
 namespace onemap::mapping {
 namespace {
@@ -74,7 +74,8 @@ void check_lens(const hal::Intrinsics& k, Findings& found) {
   for (int j = 0; j <= kSteps; ++j)
     for (int i = 0; i <= kSteps; ++i) {
       const int u = i * (k.width - 1) / kSteps, v = j * (k.height - 1) / kSteps;
-      found.require(inverts(k, u, v), "camera.k1 k2 p1 p2 k3", "the lens has no ray for pixel ({}, {})", u, v);
+      const hal::Point2 pixel{static_cast<double>(u), static_cast<double>(v)};
+      found.require(hal::has_ray(k, pixel), "camera.k1 k2 p1 p2 k3", "the lens has no ray for pixel ({}, {})", u, v);
     }
 }
 

@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "floor_int.hpp"
+#include "hal/lens.hpp"
 #include "local/sensor_noise.hpp"
 #include "mapping/local/depth_range.hpp"
-#include "mapping/local/lens.hpp"
 
 namespace onemap::mapping {
 
@@ -19,16 +19,15 @@ void look_up_cells(const hal::Intrinsics& k, OrganizedCloud& out) {
   std::size_t i = 0;
   for (int v = 0; v < out.height; ++v) {
     for (int u = 0; u < out.width; ++u, ++i) {
-      const Eigen::Vector2d ray((u - out.cx) / out.fx, (v - out.cy) / out.fy);
-      const Eigen::Vector2d px = distorted_pixel(k, ray);
-      const int u0 = floor_int<int>(px.x() - 0.5 * (block_u - 1) + 0.5);
-      const int v0 = floor_int<int>(px.y() - 0.5 * (block_v - 1) + 0.5);
+      const hal::Point2 px = hal::pixel_of(k, {(u - out.cx) / out.fx, (v - out.cy) / out.fy});
+      const int u0 = floor_int<int>(px.x - 0.5 * (block_u - 1) + 0.5);
+      const int v0 = floor_int<int>(px.y - 0.5 * (block_v - 1) + 0.5);
       auto& cell = out.sampling[i];
       const bool inside = u0 >= 0 && v0 >= 0 && u0 + block_u <= k.width && v0 + block_v <= k.height;
       cell.first_pixel = inside ? v0 * k.width + u0 : -1;
-      const Eigen::Vector2d middle = undistorted_ray(k, u0 + 0.5 * (block_u - 1), v0 + 0.5 * (block_v - 1));
-      cell.x = static_cast<float>(middle.x());
-      cell.y = static_cast<float>(middle.y());
+      const hal::Point2 middle = hal::ray_of(k, {u0 + 0.5 * (block_u - 1), v0 + 0.5 * (block_v - 1)});
+      cell.x = static_cast<float>(middle.x);
+      cell.y = static_cast<float>(middle.y);
     }
   }
 }

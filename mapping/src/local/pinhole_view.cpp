@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "mapping/local/lens.hpp"
+#include "hal/lens.hpp"
 
 namespace onemap::mapping {
 namespace {
@@ -41,9 +41,9 @@ Extent field_of_view(const RayTable& rays) {
 }
 
 // Index of the pixel nearest to where the lens images the ray (x, y, 1), -1 outside.
-std::int32_t pixel_of(const hal::Intrinsics& k, double x, double y) {
-  const Eigen::Vector2d px = distorted_pixel(k, {x, y});
-  const double u = px.x() + 0.5, v = px.y() + 0.5;
+std::int32_t index_of_pixel(const hal::Intrinsics& k, hal::Point2 ray) {
+  const hal::Point2 px = hal::pixel_of(k, ray);
+  const double u = px.x + 0.5, v = px.y + 0.5;
   if (!(u >= 0 && v >= 0 && u < k.width && v < k.height)) return -1;
   return static_cast<std::int32_t>(v) * k.width + static_cast<std::int32_t>(u);
 }
@@ -87,7 +87,8 @@ void PinholeView::build(const hal::Intrinsics& intrinsics, const RayTable& rays)
   for (int v = 1; v + 1 < height_; ++v)
     for (int u = 1; u + 1 < width_; ++u) {
       const int i = v * width_ + u;
-      source_[static_cast<std::size_t>(i)] = pixel_of(intrinsics, view.x0 + (u - 1) / fx, view.y0 + (v - 1) / fy);
+      source_[static_cast<std::size_t>(i)] =
+          index_of_pixel(intrinsics, {view.x0 + (u - 1) / fx, view.y0 + (v - 1) / fy});
     }
 }
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "mapping/local/lens.hpp"
+#include "hal/lens.hpp"
 
 namespace onemap::mapping {
 
@@ -13,9 +13,9 @@ RayTable::RayTable(const hal::Intrinsics& intrinsics)
   float* out = rays_.data();
   for (int v = 0; v < height_; ++v) {
     for (int u = 0; u < width_; ++u) {
-      const Eigen::Vector2d ray = undistorted_ray(intrinsics, u, v);
-      *out++ = static_cast<float>(ray.x());
-      *out++ = static_cast<float>(ray.y());
+      const hal::Point2 ray = hal::ray_of(intrinsics, {static_cast<double>(u), static_cast<double>(v)});
+      *out++ = static_cast<float>(ray.x);
+      *out++ = static_cast<float>(ray.y);
     }
   }
 }

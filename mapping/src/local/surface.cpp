@@ -153,46 +153,16 @@ class Mesher {
   TriangleMesh mesh_;
 };
 
-template <class Fn>
-void for_each_crossed_block(const VoxelMap& map, std::uint16_t min_weight, Fn&& fn) {
-  BlockSamples samples;
-  map.for_each_sorted([&](const BlockView& block) {
-    samples.gather(map, block.key, min_weight);
-    if (samples.may_cross_zero()) fn(samples);
-  });
-}
-
-void add_points(const BlockSamples& block, float voxel_m, ColoredCloud& out) {
-  for (int z = 0; z < kBlockSide; ++z)
-    for (int y = 0; y < kBlockSide; ++y)
-      for (int x = 0; x < kBlockSide; ++x) {
-        if (!block.seen(x, y, z)) continue;
-        for (int axis = 0; axis < 3; ++axis) {
-          const Crossing c{x, y, z, axis};
-          float a = 0, b = 0;
-          if (!block.seen(x + (axis == 0), y + (axis == 1), z + (axis == 2)) || !crosses(block, c, a, b)) continue;
-          if (std::abs(a - b) > kLargestStep) continue;
-          const Vertex v = vertex_at(block, c, voxel_m);
-          out.points.push_back(v.point);
-          out.normals.push_back(v.normal);
-          out.colors.push_back(v.color);
-        }
-      }
-}
-
 }  // namespace
 
 TriangleMesh extract_mesh(const VoxelMap& map, std::uint16_t min_weight) {
   Mesher mesher(map.config().voxel_m);
-  for_each_crossed_block(map, min_weight, [&](const BlockSamples& block) { mesher.add(block); });
+  BlockSamples samples;
+  map.for_each_sorted([&](const BlockView& block) {
+    samples.gather(map, block.key, min_weight);
+    if (samples.may_cross_zero()) mesher.add(samples);
+  });
   return mesher.take();
-}
-
-ColoredCloud extract_points(const VoxelMap& map, std::uint16_t min_weight) {
-  ColoredCloud out;
-  for_each_crossed_block(map, min_weight,
-                         [&](const BlockSamples& block) { add_points(block, map.config().voxel_m, out); });
-  return out;
 }
 
 }  // namespace onemap::mapping

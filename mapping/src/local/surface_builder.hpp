@@ -28,7 +28,6 @@ class SurfaceBuilder {
   // Allocates.
   bool take_submap(SubmapRecord& out);
 
-  VoxelMap& voxels() { return voxels_; }
   const VoxelMap& voxels() const { return voxels_; }
 
  private:

@@ -1,22 +1,33 @@
 #include "mapping/local/track_reason.hpp"
 
-#include <array>
-
 namespace onemap::mapping {
 
 std::string_view to_string(TrackReason reason) {
-  constexpr std::array<std::string_view, static_cast<std::size_t>(TrackReason::count)> names{
-      "ok",
-      "first frame",
-      "too few features",
-      "too few matches",
-      "fundamental matrix failed",
-      "too few coherent depths",
-      "3D RANSAC failed",
-      "ICP failed",
-      "inconsistent motion",
-      "time not increasing"};
-  return reason < TrackReason::count ? names[static_cast<std::size_t>(reason)] : "count";
+  switch (reason) {
+    case TrackReason::ok:
+      return "ok";
+    case TrackReason::first_frame:
+      return "first frame";
+    case TrackReason::too_few_features:
+      return "too few features";
+    case TrackReason::too_few_matches:
+      return "too few matches";
+    case TrackReason::fundamental_failed:
+      return "fundamental matrix failed";
+    case TrackReason::depth_incoherent:
+      return "too few coherent depths";
+    case TrackReason::ransac_failed:
+      return "3D RANSAC failed";
+    case TrackReason::icp_failed:
+      return "ICP failed";
+    case TrackReason::inconsistent_motion:
+      return "inconsistent motion";
+    case TrackReason::time_not_increasing:
+      return "time not increasing";
+    case TrackReason::count:
+      return "count";
+  }
+  return "unknown";
 }
 
 }  // namespace onemap::mapping

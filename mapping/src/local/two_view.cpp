@@ -1,16 +1,8 @@
 #include "mapping/local/two_view.hpp"
 
-#include <array>
 #include <utility>
 
 namespace onemap::mapping {
-
-std::string_view to_string(TwoViewReason reason) {
-  constexpr std::array<std::string_view, 5> names{"ok", "too few matches", "fundamental matrix failed",
-                                                  "too few coherent depths", "3D RANSAC failed"};
-  const auto i = static_cast<std::size_t>(reason);
-  return i < names.size() ? names[i] : "unknown";
-}
 
 TwoView::TwoView(const TwoViewConfig& config, std::size_t max_features)
     : config_(config),

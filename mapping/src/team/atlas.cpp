@@ -86,17 +86,6 @@ void Atlas::add(const RobotId& robot, std::span<const Submap> submaps) {
   }
 }
 
-void Atlas::rebuild(const SolutionRecord& solution, std::span<const Submap> submaps) {
-  begin(solution);
-  std::vector<Submap> sorted(submaps.begin(), submaps.end());
-  std::stable_sort(sorted.begin(), sorted.end(), [](const Submap& a, const Submap& b) { return a.robot < b.robot; });
-  for (auto first = sorted.begin(); first != sorted.end();) {
-    const auto last = std::find_if_not(first, sorted.end(), [&](const Submap& s) { return s.robot == first->robot; });
-    add(first->robot, {first, last});
-    first = last;
-  }
-}
-
 const VoxelMap& Atlas::map() const { return impl_->map; }
 const AtlasCounters& Atlas::counters() const { return impl_->counters; }
 

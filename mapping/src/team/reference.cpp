@@ -15,8 +15,8 @@ std::uint64_t quality(const LinkRecord& link) {
   return static_cast<std::uint64_t>(link.inliers) * std::max<std::uint32_t>(1, link.ratio_e4);
 }
 
-// The last link of each pair decides; robots that are not known do not count.
-std::vector<LinkRecord> usable(std::span<const RobotId> robots, std::span<const LinkRecord> links) {
+// The links that count, the best first: accepted, between robots that are known.
+std::vector<LinkRecord> best_first(std::span<const RobotId> robots, std::span<const LinkRecord> links) {
   const auto known = [&](const RobotId& id) { return std::find(robots.begin(), robots.end(), id) != robots.end(); };
   std::vector<LinkRecord> out;
   for (const LinkRecord& link : links)
@@ -45,7 +45,7 @@ RobotId most_matched(std::span<const RobotId> robots, const std::vector<LinkReco
 SolutionRecord solve(std::span<const RobotId> robots, std::span<const LinkRecord> links) {
   SolutionRecord solution;
   if (robots.empty()) return solution;
-  const std::vector<LinkRecord> good = usable(robots, links);
+  const std::vector<LinkRecord> good = best_first(robots, links);
   solution.reference = most_matched(islands(robots, good).front(), good);
   std::map<RobotId, Pose> placed{{solution.reference, Pose{}}};
   // Eq. (12), best link first: a maximum spanning tree grown from the reference.

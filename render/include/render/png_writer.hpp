@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "hal/base/file.hpp"
 #include "hal/base/result.hpp"
-#include "render/file.hpp"
 #include "render/image.hpp"
 
 namespace onemap::render {

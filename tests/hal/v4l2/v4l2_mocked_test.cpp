@@ -107,7 +107,7 @@ class V4l2Rig {
             {"v4l2:?size=640", "expected WIDTHxHEIGHT"},
             {"v4l2:?fps=0", "from 1 to 120"},
             {"v4l2:/dev/video1", "no depth format (Z16, Y16); it has YUYV"},
-            {"v4l2:?calibration=/nowhere.txt", "/nowhere.txt: cannot be read"},
+            {"v4l2:?calibration=/nowhere.txt", "/nowhere.txt: cannot read"},
             {address() + "&color=/dev/video2", "no colour format (YUYV, UYVY, MJPG, GREY); it has Z16"}};
   }
   void unplug() { machine_.camera(0).unplug(); }

@@ -47,7 +47,7 @@ class Fleet {
   const std::string daemon_program_;
   std::unique_ptr<LinkEmulator> links_;
   std::vector<Robot> robots_;
-  std::vector<RobotStatus> statuses_;
+  std::vector<DaemonStatus> statuses_;
 };
 
 // Joins the robots' own reports: equal digests, the reference that they name, the slowest merge.

@@ -68,7 +68,7 @@ void Freenect::stop_events() {
   if (events_.joinable()) events_.join();
 }
 
-Status Freenect::open(int index, std::optional<Registration> wanted) {
+Status Freenect::open(int index, std::optional<imaging::Registration> wanted) {
   stop_events();
   const auto give_up = [this](Error error) -> Status {
     close();
@@ -86,12 +86,12 @@ Status Freenect::open(int index, std::optional<Registration> wanted) {
 }
 
 // What the factory measured is applied by libfreenect where it can; else disparities are turned to depth here.
-Status Freenect::configure(std::optional<Registration> wanted) {
+Status Freenect::configure(std::optional<imaging::Registration> wanted) {
   const freenect_frame_mode registered = depth_mode(FREENECT_DEPTH_REGISTERED);
   const freenect_frame_mode raw = depth_mode(FREENECT_DEPTH_11BIT);
   const bool able = registered.is_valid != 0;
-  registration_ = wanted.value_or(able ? Registration::device : Registration::ours);
-  disparity_ = registration_ != Registration::device;
+  registration_ = wanted.value_or(able ? imaging::Registration::device : imaging::Registration::ours);
+  disparity_ = registration_ != imaging::Registration::device;
   if (!disparity_ && !able)
     return Error{"camera libusb:", "registration=device: libfreenect offers no registered depth"};
   const freenect_frame_mode depth = disparity_ ? raw : registered;

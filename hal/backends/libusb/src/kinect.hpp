@@ -25,7 +25,7 @@ class Freenect {
   Freenect& operator=(const Freenect&) = delete;
 
   // Opens the Kinect with this number on the bus (Usb::kinects) and starts both streams into a new ring.
-  Status open(int index, std::optional<Registration> wanted);
+  Status open(int index, std::optional<imaging::Registration> wanted);
   void close();
   bool is_open() const { return device_ != nullptr; }
   // The bus or libfreenect says that the device is not there any more.
@@ -33,12 +33,12 @@ class Freenect {
 
   int devices();  // that libfreenect sees
   ImageRing& images() { return *images_; }
-  Registration registration() const { return registration_; }
+  imaging::Registration registration() const { return registration_; }
   bool disparity() const { return disparity_; }  // depth comes as raw disparities, else in mm
 
  private:
   explicit Freenect(Usb& usb) : usb_(usb) {}
-  Status configure(std::optional<Registration> wanted);
+  Status configure(std::optional<imaging::Registration> wanted);
   Status start_streams();
   void close_device();
   void start_events();
@@ -48,7 +48,7 @@ class Freenect {
   freenect_context* context_ = nullptr;
   freenect_device* device_ = nullptr;
   std::unique_ptr<ImageRing> images_;
-  Registration registration_ = Registration::none;
+  imaging::Registration registration_ = imaging::Registration::none;
   bool disparity_ = false;
   std::atomic<bool> stopping_ = false, failed_ = false;
   std::thread events_;

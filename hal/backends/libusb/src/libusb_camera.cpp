@@ -56,28 +56,27 @@ Status LibusbCamera::connect(const std::string& serial) {
     serial_ = found->serial;
   }
   const auto index = found == all.end() ? 0 : static_cast<int>(found - all.begin());
-  return freenect_->open(index, address_.registration);
+  return freenect_->open(index, address_.lenses.registration);
 }
 
 Status LibusbCamera::prepare() {
   colour_ = Intrinsics{};
   colour_.depth_scale = kMillimetres;
-  if (!address_.calibration.keys().empty())
-    if (const Status status = address_.calibration.apply(colour_); !status) return status.error();
-  const Registration registration = freenect_->registration();
+  if (!address_.lenses.calibration.keys().empty())
+    if (const Status status = address_.lenses.calibration.apply(colour_); !status) return status.error();
+  const imaging::Registration registration = freenect_->registration();
   raw_.resize(static_cast<std::size_t>(kWidth) * kHeight);
-  if (registration == Registration::ours) {
+  if (registration == imaging::Registration::ours) {
     Intrinsics depth;
     depth.fx = depth.fy = kDepthFocal_px;
     depth.depth_scale = colour_.depth_scale;
-    const imaging::ColourFromDepth pose{.translation_m = {-address_.baseline_m, 0, 0}};
+    const imaging::ColourFromDepth pose{.translation_m = {-address_.lenses.baseline_m, 0, 0}};
     registration_ = std::make_unique<imaging::DepthRegistration>(depth, colour_, pose);
   }
-  constexpr std::array<std::string_view, 3> kRegistrations{"registered by the device", "registered by us",
-                                                           "taken as registered"};
-  description_ = printable(fmt::format(
-      "Kinect v1 by libusb{}{}, 640x480, depth {}, calibration: {}", serial_.empty() ? "" : ", serial number ", serial_,
-      kRegistrations[static_cast<std::size_t>(registration)], address_.calibration_source));
+  const std::string_view source = address_.lenses.calibration_source;
+  description_ = printable(fmt::format("Kinect v1 by libusb{}{}, 640x480, depth {}, calibration: {}",
+                                       serial_.empty() ? "" : ", serial number ", serial_, to_string(registration),
+                                       source.empty() ? "nominal, 525 px" : source));
   return success();
 }
 

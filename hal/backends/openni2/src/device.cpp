@@ -156,9 +156,9 @@ Status Device::set_mode(openni::VideoStream& stream, const Mode& mode) {
 Status Device::set_registration(const Address& address) {
   constexpr auto kMode = openni::IMAGE_REGISTRATION_DEPTH_TO_COLOR;
   const bool able = !device_.isFile() && device_.isImageRegistrationModeSupported(kMode);
-  const Registration own_choice = able ? Registration::device : Registration::ours;
-  registration_ = address.registration.value_or(device_.isFile() ? Registration::none : own_choice);
-  if (registration_ != Registration::device) {
+  const imaging::Registration own_choice = able ? imaging::Registration::device : imaging::Registration::ours;
+  registration_ = address.lenses.registration.value_or(device_.isFile() ? imaging::Registration::none : own_choice);
+  if (registration_ != imaging::Registration::device) {
     if (able) device_.setImageRegistrationMode(openni::IMAGE_REGISTRATION_OFF);
     return success();
   }
@@ -174,7 +174,7 @@ void Device::find_intrinsics(const Address& address) {
   colour_is_nominal_ = colour == 0;
   colour_ = pinhole(modes_.colour, colour_is_nominal_ ? nominal : colour);
   colour_.depth_scale = units_per_metre(modes_.depth.format);
-  if (!address.calibration.keys().empty() && !address.calibration.apply(colour_))
+  if (!address.lenses.calibration.keys().empty() && !address.lenses.calibration.apply(colour_))
     assert(false && "the address was checked");
   const double depth = focal_px(depth_stream_, modes_.depth.width);
   depth_ = pinhole(modes_.depth, depth == 0 ? nominal : depth);

@@ -38,7 +38,7 @@ class Device {
 
   const Identity& identity() const { return identity_; }
   const ModePair& modes() const { return modes_; }
-  Registration registration() const { return registration_; }
+  imaging::Registration registration() const { return registration_; }
   bool depth_mirrored() const { return depth_mirrored_; }
   bool colour_mirrored() const { return colour_mirrored_; }
   // Of the colour image, and of the depth image where depth is not registered: pinholes by the fields of view.
@@ -63,7 +63,7 @@ class Device {
   openni::Device device_;
   openni::VideoStream depth_stream_, colour_stream_;
   ModePair modes_;
-  Registration registration_ = Registration::none;
+  imaging::Registration registration_ = imaging::Registration::none;
   bool depth_mirrored_ = false, colour_mirrored_ = false, colour_is_nominal_ = false;
   Intrinsics colour_, depth_;
   std::array<std::uint64_t, 2> recorded_{}, left_{};  // depth and colour images of a recording; still to come

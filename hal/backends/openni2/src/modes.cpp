@@ -27,6 +27,26 @@ std::optional<Mode> best(std::span<const Mode> modes, const Mode& like, bool (*u
   return std::nullopt;
 }
 
+std::string_view name(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::depth_1_mm:
+      return "1 mm";
+    case PixelFormat::depth_100_um:
+      return "100 um";
+    case PixelFormat::rgb888:
+      return "RGB";
+    case PixelFormat::yuv422:
+      return "YUV422";
+    case PixelFormat::yuyv:
+      return "YUYV";
+    case PixelFormat::grey8:
+      return "grey";
+    case PixelFormat::other:
+      return "other";
+  }
+  return "unknown";
+}
+
 std::string list(std::span<const Mode> modes) {
   std::string text;
   for (const Mode& mode : modes) text += (text.empty() ? "" : ", ") + to_string(mode);
@@ -36,8 +56,7 @@ std::string list(std::span<const Mode> modes) {
 }  // namespace
 
 std::string to_string(const Mode& mode) {
-  constexpr std::array<std::string_view, 7> kNames{"1 mm", "100 um", "RGB", "YUV422", "YUYV", "grey", "other"};
-  return fmt::format("{}x{}@{} {}", mode.width, mode.height, mode.fps, kNames[static_cast<std::size_t>(mode.format)]);
+  return fmt::format("{}x{}@{} {}", mode.width, mode.height, mode.fps, name(mode.format));
 }
 
 Result<ModePair> choose_modes(std::span<const Mode> depth, std::span<const Mode> colour,

@@ -56,8 +56,8 @@ Status OpenNi2Camera::connect() {
   device_ = std::move(*device);
   identity_ = device_->identity();
   colour_ = device_->colour();
-  if (device_->registration() == Registration::ours) {
-    const imaging::ColourFromDepth pose{.translation_m = {-address_.baseline_m, 0, 0}};
+  if (device_->registration() == imaging::Registration::ours) {
+    const imaging::ColourFromDepth pose{.translation_m = {-address_.lenses.baseline_m, 0, 0}};
     registration_ = std::make_unique<imaging::DepthRegistration>(device_->depth(), colour_, pose);
     unregistered_.resize(imaging::size_of(colour_).pixels());
   }
@@ -66,16 +66,13 @@ Status OpenNi2Camera::connect() {
 }
 
 void OpenNi2Camera::describe() {
-  constexpr std::array<std::string_view, 3> kRegistrations{"registered by the device", "registered by us",
-                                                           "taken as registered"};
   const std::string_view fallback =
       device_->colour_is_nominal() ? "nominal, 525 px at 640" : "the device's field of view";
-  const std::string_view source = address_.calibration_source;
-  description_ = printable(fmt::format("OpenNI2 {} {}{}{}, depth {} ({}), colour {}, calibration: {}", identity_.name,
-                                       identity_.uri, identity_.serial.empty() ? "" : ", serial number ",
-                                       identity_.serial, to_string(device_->modes().depth),
-                                       kRegistrations[static_cast<std::size_t>(device_->registration())],
-                                       to_string(device_->modes().colour), source.empty() ? fallback : source));
+  const std::string_view source = address_.lenses.calibration_source;
+  description_ = printable(fmt::format(
+      "OpenNI2 {} {}{}{}, depth {} ({}), colour {}, calibration: {}", identity_.name, identity_.uri,
+      identity_.serial.empty() ? "" : ", serial number ", identity_.serial, to_string(device_->modes().depth),
+      to_string(device_->registration()), to_string(device_->modes().colour), source.empty() ? fallback : source));
 }
 
 CameraCounters OpenNi2Camera::counters() const {
@@ -228,7 +225,7 @@ Status OpenNi2Camera::decode(const imaging::PairByTime::Outcome& pair, Frame& in
     return Error{place("the"),
                  fmt::format("depth {}x{}, colour {}x{} where both were set to {}x{}", depth.size.width,
                              depth.size.height, colour.size.width, colour.size.height, colour_.width, colour_.height)};
-  const bool ours = device_->registration() == Registration::ours;
+  const bool ours = device_->registration() == imaging::Registration::ours;
   if (const Status status =
           decode_colour(device_->modes().colour.format, colour, device_->colour_mirrored(), into.rgb());
       !status)

@@ -5,7 +5,7 @@
 #include <map>
 #include <utility>
 
-#include "file.hpp"
+#include "hal/base/file.hpp"
 #include "hal/imaging/calibration.hpp"
 
 namespace onemap::hal::replay {
@@ -14,11 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-Result<std::string> read_text(const fs::path& path) {
-  std::vector<std::uint8_t> bytes;
-  if (const Status status = read_file(path, bytes); !status) return status.error();
-  return std::string(bytes.begin(), bytes.end());
-}
+constexpr std::size_t kMostListBytes = 256u << 20;
 
 bool present(const fs::path& path) {
   std::error_code ignored;
@@ -72,7 +68,7 @@ Status read_seven_scenes(Recording& recording) {
 
 Status read_associations(Recording& recording) {
   const fs::path path = recording.folder / "associations.txt";
-  const Result<std::string> text = read_text(path);
+  const Result<std::string> text = read_text_file(path.string(), kMostListBytes);
   if (!text) return text.error();
   recording.color_list = recording.depth_list = "associations.txt";
   PairList list = parse_associations(*text, path.string());
@@ -87,7 +83,7 @@ Status read_lists(Recording& recording, Duration max_dt) {
   std::vector<ListedImage> images[2];
   for (int i = 0; i < 2; ++i) {
     const fs::path path = recording.folder / (i == 0 ? recording.color_list : recording.depth_list);
-    const Result<std::string> text = read_text(path);
+    const Result<std::string> text = read_text_file(path.string(), kMostListBytes);
     if (!text) return text.error();
     ImageList list = parse_image_list(*text, path.string());
     images[i] = std::move(list.images);
@@ -129,7 +125,7 @@ Status calibrate(Recording& recording, const ReplayAddress& address) {
   const bool seven_scenes = recording.layout == Layout::seven_scenes;
   imaging::Calibration calibration;
   if (present(path)) {
-    const Result<std::string> text = read_text(path);
+    const Result<std::string> text = read_text_file(path.string(), kMostListBytes);
     if (!text) return text.error();
     if (const Status status = calibration.parse(*text, path.string()); !status) return status.error();
     recording.calibration_source = "calibration.txt";

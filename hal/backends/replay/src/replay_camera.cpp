@@ -4,9 +4,13 @@
 
 #include <utility>
 
-#include "file.hpp"
+#include "hal/base/file.hpp"
 
 namespace onemap::hal::replay {
+
+namespace {
+constexpr std::size_t kMostImageBytes = 256u << 20;
+}
 
 ReplayCamera::ReplayCamera(Recording recording) : recording_(std::move(recording)), next_(recording_.from) {
   counters_.unmatched = recording_.unmatched;
@@ -55,7 +59,7 @@ Error ReplayCamera::at_file(const ListedImage& image, const std::string& list, c
 }
 
 Status ReplayCamera::load(const ListedImage& image, const std::string& list) {
-  const Status status = read_file(recording_.folder / image.path, file_);
+  const Status status = read_regular_file((recording_.folder / image.path).string(), file_, kMostImageBytes);
   if (!status) return at_file(image, list, status.error().reason);
   return success();
 }

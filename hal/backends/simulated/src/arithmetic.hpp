@@ -2,6 +2,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "hal/base/splitmix.hpp"
+
 // What decides pixels is built from + - * / sqrt and integers only: the same bits on every machine.
 namespace onemap::hal::simulated {
 
@@ -31,16 +33,11 @@ inline double sin_turns(double turns) {
 }
 inline double cos_turns(double turns) { return sin_turns(turns + 0.25); }
 
-// Splitmix64's finaliser: a hash of one counter; hash(a, b) chains.
-constexpr std::uint64_t hash(std::uint64_t x) {
-  x += 0x9E3779B97F4A7C15u;
-  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
-  x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;
-  return x ^ (x >> 31);
-}
+// A hash of one counter; hash(a, b) chains.
+constexpr std::uint64_t hash(std::uint64_t x) { return splitmix64(x); }
 constexpr std::uint64_t hash(std::uint64_t a, std::uint64_t b) { return hash(hash(a) ^ b); }
 
-// A stream of numbers from one key.
+// A stream of numbers from one key: of two like keys the streams have nothing in common.
 class Random {
  public:
   explicit Random(std::uint64_t key) : key_(key) {}

@@ -2,20 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <cerrno>
-#include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <memory>
 #include <optional>
 
+#include "hal/base/file.hpp"
 #include "models.hpp"
 
 namespace onemap::hal::v4l2 {
 
 namespace {
-
-constexpr std::size_t kLargestCalibration = 1u << 20;
 
 // A path that the user named may be a link (/dev/v4l/by-id/...): the node that it leads to, as far as sysfs knows it.
 NodePlace place_of(const std::string& path) {
@@ -70,15 +66,6 @@ Result<FourCc> format_of(const NodePlace& place, bool depth, bool named) {
                    "; it has" + (has.empty() ? " none" : has)};
 }
 
-Result<std::string> read_text(const std::string& path) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rbe"), &std::fclose);
-  if (!file) return Error{path, std::string("cannot be read: ") + std::strerror(errno)};
-  std::string text(kLargestCalibration, '\0');
-  text.resize(std::fread(text.data(), 1, text.size(), file.get()));
-  if (std::ferror(file.get())) return Error{path, "cannot be read"};
-  return text;
-}
-
 }  // namespace
 
 Result<Device> find_device(const V4l2Address& address) {
@@ -119,7 +106,7 @@ Result<Device> find_again(const Device& device) {
 Result<imaging::RigCalibration> calibration_of(const V4l2Address& address, const Device& device, std::string& source) {
   if (!address.calibration_file.empty()) {
     source = address.calibration_file;
-    const auto text = read_text(address.calibration_file);
+    const auto text = read_text_file(address.calibration_file, kSmallFileBytes);
     if (!text) return text.error();
     return imaging::parse_rig_calibration(*text, address.calibration_file);
   }

@@ -38,8 +38,6 @@ int control(int fd, unsigned long request, void* argument) {
   return 0;
 }
 
-bool means_gone(int error) { return error == ENODEV || error == ENXIO || error == EIO || error == ENOENT; }
-
 Result<Node> Node::open(const std::string& path) {
   const int fd = ::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
   if (fd < 0) {

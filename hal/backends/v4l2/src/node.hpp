@@ -13,9 +13,6 @@ namespace onemap::hal::v4l2 {
 // An ioctl that is repeated when a signal interrupts it: 0, or errno.
 int control(int fd, unsigned long request, void* argument);
 
-// Whether an errno says that the device is not there (any more).
-bool means_gone(int error);
-
 // An open video node before it streams: what it can do, and the choice of a mode. Errors name the node.
 class Node {
  public:

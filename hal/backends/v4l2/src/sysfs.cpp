@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <climits>
-#include <cstdio>
 #include <cstdlib>
 #include <memory>
 
+#include "hal/base/file.hpp"
 #include "hal/base/text.hpp"
 
 namespace onemap::hal::v4l2 {
@@ -17,20 +17,16 @@ namespace {
 constexpr const char* kClass = "/sys/class/video4linux/";
 constexpr std::size_t kLongestAttribute = 256;
 
-struct CloseFile {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
 struct CloseFolder {
   void operator()(DIR* folder) const { closedir(folder); }
 };
 
 // The first line of an attribute, made printable (a device chooses its own names); empty when there is none.
 std::string attribute(const std::string& folder, const char* name) {
-  const std::unique_ptr<std::FILE, CloseFile> file(std::fopen((folder + "/" + name).c_str(), "re"));
-  char text[kLongestAttribute];
-  if (!file || !std::fgets(text, sizeof text, file.get())) return {};
-  std::string line(text);
-  while (!line.empty() && (line.back() == '\n' || line.back() == ' ')) line.pop_back();
+  const auto text = read_text_file(folder + "/" + name, kSmallFileBytes);
+  if (!text) return {};
+  std::string line = text->substr(0, std::min(text->find('\n'), kLongestAttribute));
+  while (!line.empty() && line.back() == ' ') line.pop_back();
   return printable(line);
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 #include <cstdint>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "mapping/local/organized_cloud.hpp"
@@ -37,7 +36,6 @@ struct IcpConfig {
 };
 
 enum class IcpReason : std::uint8_t { converged, iteration_limit, too_few_inliers, degenerate };
-std::string_view to_string(IcpReason reason);
 
 struct IcpResult {
   Pose T_target_source;

@@ -65,7 +65,6 @@ class LocalMapper {
   // when it changed again: the later version replaces the earlier one. Allocates.
   bool take_submap(SubmapRecord& out);
 
-  VoxelMap& map();
   const VoxelMap& map() const;
   LocalMapperCounters counters() const;
   std::size_t bytes() const;  // memory taken, map included

@@ -2,8 +2,9 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "hal/base/range.hpp"
 #include "hal/base/result.hpp"
-#include "hal/frame.hpp"
+#include "hal/lens.hpp"
 #include "mapping/local/depth_range.hpp"
 #include "mapping/local/features.hpp"
 #include "mapping/local/voxel_map.hpp"
@@ -22,13 +23,6 @@ struct LocalMapperConfig {
   std::uint64_t seed = 1;
 };
 
-// From least to most, both included. NaN is in no range.
-template <class T>
-struct Range {
-  T least, most;
-  constexpr bool holds(T value) const { return value >= least && value <= most; }
-};
-
 // The eight keyframes whose poses still move, the reference and the one that is being added.
 inline constexpr int kMinKeyframes = 10;
 
@@ -43,8 +37,7 @@ struct LocalMapperLimits {
   static constexpr Range<float> max_depth_m{0.5f, kMaxDepth_m};
   static constexpr Range<std::size_t> budget_bytes{std::size_t{1} << 20, std::size_t{64} << 30};
   static constexpr Range<int> image_side_px{48, 4096};
-  static constexpr Range<double> focal_length_widths{0.1, 20};  // fields of view from 3 to 157 degrees
-  static constexpr Range<double> depth_scale{100, 100000};
+  static constexpr Range<double> focal_length_widths = hal::kFocalLengthWidths, depth_scale = hal::kDepthScale;
 };
 
 // Whether a mapper can be made of these two, each bound and what must hold between them: a truncation of so many

@@ -1,12 +1,10 @@
 #pragma once
 #include <cstdint>
-#include <string_view>
 
 namespace onemap::mapping {
 
 // How a robust estimate ended; the estimators are in fundamental.hpp and rigid.hpp.
 enum class RansacReason : std::uint8_t { ok, too_few_matches, degenerate, too_few_inliers };
-std::string_view to_string(RansacReason reason);
 
 struct RansacResult {
   RansacReason reason = RansacReason::too_few_matches;

@@ -9,7 +9,4 @@ namespace onemap::mapping {
 // blocks.
 TriangleMesh extract_mesh(const VoxelMap& map, std::uint16_t min_weight = 2);
 
-// One coloured point for each zero crossing between neighbouring voxels (x, y, z edges), with normals.
-ColoredCloud extract_points(const VoxelMap& map, std::uint16_t min_weight = 2);
-
 }  // namespace onemap::mapping

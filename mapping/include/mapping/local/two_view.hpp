@@ -1,7 +1,6 @@
 #pragma once
 #include <cstdint>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "mapping/local/feature_cloud.hpp"
@@ -26,7 +25,6 @@ struct TwoViewConfig {
 };
 
 enum class TwoViewReason : std::uint8_t { ok, too_few_matches, fundamental_failed, depth_incoherent, ransac_failed };
-std::string_view to_string(TwoViewReason reason);
 
 struct TwoViewResult {
   TwoViewReason reason = TwoViewReason::too_few_matches;

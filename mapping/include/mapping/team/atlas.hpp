@@ -20,7 +20,7 @@ struct AtlasConfig {
   VoxelMapConfig map;  // the global map's voxel size and budget
 };
 
-struct AtlasCounters {                // of the last rebuild
+struct AtlasCounters {                // since begin()
   std::uint64_t robots = 0;           // in the solution and with submaps
   std::uint64_t blocks = 0;           // of the robots, each counted once in its latest version
   std::uint64_t blocks_left_out = 0;  // their voxels are more than 4 times larger or smaller than the global map's
@@ -34,12 +34,11 @@ class Atlas {
     std::uint32_t sequence = 0;  // of the record in its log
     const SubmapRecord* record = nullptr;
   };
-  // Builds the global map anew. Robots that the solution does not contain are left out. A block that a robot published
-  // again (a later sequence) replaces its earlier version. The order of the submaps does not matter. The records must
-  // have passed decode_submap() (or come from make_submap()) and live until the call returns.
-  void rebuild(const SolutionRecord& solution, std::span<const Submap> submaps);
-  // The same in pieces, so that only one robot's submaps need to be decoded at a time: begin() empties the map, then
-  // add() each robot of the solution in its order, once, with all its submaps (they may go when it returns).
+  // Builds the global map anew, one robot after the other, so that only one robot's submaps need to be decoded at a
+  // time: begin() empties the map, then add() each robot of the solution in its order, once, with all its submaps. One
+  // that the solution does not contain is left out. A block that a robot published again (a later sequence) replaces
+  // its earlier version. The order of the submaps does not matter. The records must have passed decode_submap() (or
+  // come from make_submap()) and live until the call returns.
   void begin(const SolutionRecord& solution);
   void add(const RobotId& robot, std::span<const Submap> submaps);
   const VoxelMap& map() const;

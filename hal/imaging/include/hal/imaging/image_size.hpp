@@ -5,6 +5,8 @@
 
 namespace onemap::hal::imaging {
 
+inline constexpr int kMostSide_px = 8192;  // of any image
+
 struct ImageSize {
   int width = 0, height = 0;  // pixels
   std::size_t pixels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }

@@ -1,4 +1,4 @@
-#include "render/file.hpp"
+#include "hal/base/file.hpp"
 
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -15,7 +15,7 @@
 #include <functional>
 #include <thread>
 
-#include "temp_folder.hpp"
+#include "support/temp_folder.hpp"
 
 namespace {
 
@@ -39,7 +39,7 @@ extern "C" int fsync(int fd) {
   return static_cast<int>(syscall(SYS_fsync, fd));
 }
 
-namespace onemap::render {
+namespace onemap {
 namespace {
 
 std::vector<std::uint8_t> bytes(std::size_t size, std::uint8_t value) { return std::vector<std::uint8_t>(size, value); }
@@ -67,6 +67,40 @@ TEST(File, an_error_names_the_path_and_the_reason) {
   EXPECT_FALSE(write_file(folder / "full", bytes(3, 1)).ok());
   EXPECT_FALSE(read_file(folder / "full").ok());
   EXPECT_EQ(folder.entries(), 1u) << "a temporary file was left behind";
+}
+
+TEST(File, what_is_larger_than_it_should_be_is_refused) {
+  const test::TempFolder folder;
+  folder.write("full", std::string(4096, '\n'));
+  EXPECT_EQ(read_text_file(folder / "full", 4096)->size(), 4096u);
+  EXPECT_EQ(read_file(folder / "full", 4096)->size(), 4096u);
+  folder.write("large", std::string(4097, '\n'));
+  EXPECT_EQ(read_text_file(folder / "large", 4096).error().text(),
+            folder / "large" + ": cannot read: larger than 4 KiB");
+  EXPECT_EQ(read_file(folder / "large", 4096).error().reason, "cannot read: larger than 4 KiB");
+  EXPECT_EQ(read_text_file("/proc/self/status", 16 << 10).value().substr(0, 5), "Name:") << "says that it is empty";
+  EXPECT_FALSE(read_text_file("/proc/self/status", 16).ok());
+}
+
+TEST(File, memory_is_used_again_and_only_regular_files_come_into_it) {
+  const test::TempFolder folder;
+  folder.write("a", std::string(100'000, 'a'));
+  folder.write("b", "b");
+  std::vector<std::uint8_t> into;
+  ASSERT_TRUE(read_regular_file(folder / "a", into, kAnySize).ok());
+  EXPECT_EQ(into, bytes(100'000, 'a'));
+  const auto* const memory = into.data();
+  ASSERT_TRUE(read_regular_file(folder / "b", into, kAnySize).ok());
+  EXPECT_EQ(into, bytes(1, 'b'));
+  ASSERT_TRUE(read_regular_file(folder / "a", into, 100'000).ok());
+  EXPECT_EQ(into.data(), memory);
+  EXPECT_EQ(read_regular_file(folder / "a", into, 99'999).error().reason, "cannot read: larger than 97 KiB");
+  ASSERT_EQ(mkfifo((folder / "fifo").c_str(), 0666), 0);
+  for (const std::string& path : {folder / "fifo", folder / ""}) {
+    const auto refused = read_regular_file(path, into, kAnySize);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().text(), path + ": cannot read: not a regular file");
+  }
 }
 
 // A limit of the file size stands for a full disk: the write is cut short in the middle.
@@ -225,4 +259,4 @@ TEST(File, a_folder_that_cannot_be_written_to_is_said) {
 }
 
 }  // namespace
-}  // namespace onemap::render
+}  // namespace onemap

@@ -1,21 +1,23 @@
-#include "render/file.hpp"
+#include "hal/base/file.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
-#include <cstring>
+#include <system_error>
 #include <utility>
 
-namespace onemap::render {
+namespace onemap {
 namespace {
 
 constexpr int kMostWriters = 100;  // of one path at a time
 
 Error system_error(const std::string& path, const std::string& what, int code) {
-  return Error{path, what + ": " + std::strerror(code)};  // NOLINT(concurrency-mt-unsafe)
+  return Error{path, what + ": " + std::generic_category().message(code)};
 }
 
 class Descriptor {
@@ -113,7 +115,68 @@ int sync_folder(const Descriptor& folder) {
   return ::fsync(folder.get()) == 0 || errno == EINVAL || errno == ENOTSUP ? 0 : errno;
 }
 
+// How large a file says that it is; those of the kernel say 0.
+std::size_t stated_size(int fd) {
+  struct stat found {};
+  return ::fstat(fd, &found) == 0 && found.st_size > 0 ? static_cast<std::size_t>(found.st_size) : 0;
+}
+
+bool is_regular(int fd) {
+  struct stat found {};
+  return ::fstat(fd, &found) == 0 && S_ISREG(found.st_mode);
+}
+
+Error too_large(const std::string& path, std::size_t most_bytes) {
+  const bool mib = most_bytes >= std::size_t{1} << 20;
+  return Error{path, fmt::format("cannot read: larger than {} {}", most_bytes >> (mib ? 20 : 10), mib ? "MiB" : "KiB")};
+}
+
+// Reads to the end; Bytes is a vector of bytes or a string, its memory is used again.
+template <class Bytes>
+Status read_all(const Descriptor& file, const std::string& path, Bytes& into, std::size_t most_bytes) {
+  constexpr std::size_t kLeastRoom = 4096;
+  const std::size_t stated = stated_size(file.get());
+  if (stated > most_bytes) return too_large(path, most_bytes);
+  into.resize(std::max(stated + 1, kLeastRoom));  // the end shows itself in the byte behind it
+  std::size_t used = 0;
+  for (;;) {
+    const ssize_t n = ::read(file.get(), into.data() + used, into.size() - used);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return system_error(path, "cannot read", errno);
+    if (n == 0) break;
+    used += static_cast<std::size_t>(n);
+    if (used > most_bytes) return too_large(path, most_bytes);
+    if (used == into.size()) into.resize(2 * used);
+  }
+  into.resize(used);
+  return success();
+}
+
+template <class Bytes>
+Result<Bytes> read_whole(const std::string& path, std::size_t most_bytes) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!file.valid()) return system_error(path, "cannot read", errno);
+  Bytes bytes;
+  if (auto status = read_all(file, path, bytes, most_bytes); !status) return status.error();
+  return bytes;
+}
+
 }  // namespace
+
+Result<std::vector<std::uint8_t>> read_file(const std::string& path, std::size_t most_bytes) {
+  return read_whole<std::vector<std::uint8_t>>(path, most_bytes);
+}
+
+Result<std::string> read_text_file(const std::string& path, std::size_t most_bytes) {
+  return read_whole<std::string>(path, most_bytes);
+}
+
+Status read_regular_file(const std::string& path, std::vector<std::uint8_t>& into, std::size_t most_bytes) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (!file.valid()) return system_error(path, "cannot read", errno);
+  if (!is_regular(file.get())) return Error{path, "cannot read: not a regular file"};
+  return read_all(file, path, into, most_bytes);
+}
 
 Status write_file(const std::string& path, std::span<const std::uint8_t> bytes, Durable durable) {
   const Place place = split(path);
@@ -132,24 +195,8 @@ Status write_file(const std::string& path, std::span<const std::uint8_t> bytes, 
   return success();
 }
 
-Result<std::vector<std::uint8_t>> read_file(const std::string& path) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (fd < 0) return system_error(path, "cannot read", errno);
-  std::vector<std::uint8_t> bytes;
-  std::size_t used = 0;
-  int code = 0;
-  for (;;) {
-    bytes.resize(used + (std::size_t{1} << 20));
-    const ssize_t n = ::read(fd, bytes.data() + used, bytes.size() - used);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) code = errno;
-    if (n <= 0) break;
-    used += static_cast<std::size_t>(n);
-  }
-  ::close(fd);
-  if (code != 0) return system_error(path, "cannot read", code);
-  bytes.resize(used);
-  return bytes;
+Status write_text_file(const std::string& path, std::string_view text, Durable durable) {
+  return write_file(path, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}, durable);
 }
 
-}  // namespace onemap::render
+}  // namespace onemap
