@@ -74,6 +74,43 @@ TEST(RawColour, GreyIsTripled) {
               testing::ElementsAre(1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4, 5, 5, 5, 6, 6, 6));
 }
 
+// Which channel a pixel of the mosaic has: G R / B G.
+std::size_t channel_at(std::size_t x, std::size_t y) { return x % 2 == y % 2 ? 1 : y % 2 == 0 ? 0 : 2; }
+
+// By definition: the mean of those of the eight neighbours (mirrored at the edges) that have the channel and are
+// nearest.
+std::uint8_t bayer_reference(const Bytes& raw, int w, int h, int x, int y, std::size_t channel) {
+  const auto mirrored = [](int i, int n) { return i < 0 ? -i : i >= n ? 2 * n - 2 - i : i; };
+  const auto at = [&](int u, int v) { return raw[static_cast<std::size_t>(mirrored(v, h) * w + mirrored(u, w))]; };
+  const auto has = [&](int u, int v) {
+    return channel_at(static_cast<std::size_t>(mirrored(u, w)), static_cast<std::size_t>(mirrored(v, h))) == channel;
+  };
+  for (const int distance2 : {0, 1, 2}) {
+    int sum = 0, n = 0;
+    for (int dv = -1; dv <= 1; ++dv)
+      for (int du = -1; du <= 1; ++du)
+        if (du * du + dv * dv == distance2 && has(x + du, y + dv)) {
+          sum += at(x + du, y + dv);
+          ++n;
+        }
+    if (n > 0) return static_cast<std::uint8_t>((sum + n / 2) / n);
+  }
+  ADD_FAILURE() << "no neighbour has the channel";
+  return 0;
+}
+
+TEST(RawColour, BayerIsTheMeanOfTheNearestNeighbours) {
+  for (const auto& [w, h] : {std::pair(2, 2), std::pair(3, 2), std::pair(2, 5), std::pair(17, 12), std::pair(32, 9)}) {
+    const Bytes raw = noise(static_cast<std::size_t>(w * h), static_cast<std::uint64_t>(w * 100 + h));
+    const Bytes rgb = decoded(bayer_grbg_to_rgb, {raw, {w, h}});
+    for (int y = 0; y < h; ++y)
+      for (int x = 0; x < w; ++x)
+        for (std::size_t c = 0; c < 3; ++c)
+          ASSERT_EQ(rgb[3 * static_cast<std::size_t>(y * w + x) + c], bayer_reference(raw, w, h, x, y, c))
+              << w << "x" << h << " at " << x << ", " << y << " channel " << c;
+  }
+}
+
 TEST(RawColour, ShortImagesAndWrongSizesAreErrorsThatSayThem) {
   const Bytes raw(100);
   EXPECT_THAT(error_of(yuyv_to_rgb, {raw, {8, 7}}), HasSubstr("100 bytes, a 8x7 one has 112"));
@@ -81,11 +118,14 @@ TEST(RawColour, ShortImagesAndWrongSizesAreErrorsThatSayThem) {
   EXPECT_THAT(error_of(yuyv_to_rgb, {raw, {8, 2}, 15}), HasSubstr("rows of 15 bytes where 16 are needed"));
   EXPECT_THAT(error_of(grey_to_rgb, {raw, {101, 1}}), HasSubstr("100 bytes"));
   EXPECT_THAT(error_of(grey_to_rgb, {raw, {0, 4}}), HasSubstr("0x4"));
+  EXPECT_THAT(error_of(bayer_grbg_to_rgb, {raw, {100, 1}}), HasSubstr("2x2"));
+  EXPECT_THAT(error_of(bayer_grbg_to_rgb, {raw, {60, 2}}), HasSubstr("100 bytes"));
 }
 
 TEST(RawColour, EveryLengthHasAnAnswer) {
   constexpr ImageSize kSize{6, 4};
-  const std::tuple<Decoder, std::size_t> decoders[] = {{yuyv_to_rgb, 48}, {uyvy_to_rgb, 48}, {grey_to_rgb, 24}};
+  const std::tuple<Decoder, std::size_t> decoders[] = {
+      {yuyv_to_rgb, 48}, {uyvy_to_rgb, 48}, {grey_to_rgb, 24}, {bayer_grbg_to_rgb, 24}};
   for (const auto& [decode, needed] : decoders)
     for (std::size_t size = 0; size <= needed + 3; ++size) {
       const Bytes raw = noise(size, size);  // of exactly this size: the address sanitizer sees a byte too far

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <vector>
 
+#include "support/random.hpp"
+
 namespace onemap::hal::imaging {
 namespace {
 
@@ -29,6 +31,31 @@ TEST(RawDepth, EveryLengthOfZ16HasAnAnswer) {
     EXPECT_EQ(z16_to_depth({Bytes(size), {3, 2}}, depth).ok(), size >= 12) << size;
   const Status status = z16_to_depth({Bytes(11), {3, 2}}, depth);
   EXPECT_THAT(status.error().reason, HasSubstr("11 bytes, a 3x2 one has 12"));
+}
+
+// Bit by bit: pixel i's bits are 11 i to 11 i + 10 of the stream, high bits first.
+std::uint16_t disparity_reference(const Bytes& raw, std::size_t pixel) {
+  unsigned value = 0;
+  for (std::size_t bit = 11 * pixel; bit < 11 * pixel + 11; ++bit)
+    value = value << 1 | ((raw[bit / 8] >> (7 - bit % 8)) & 1u);
+  return static_cast<std::uint16_t>(value);
+}
+
+TEST(RawDepth, PackedDisparityIsUnpackedBitByBit) {
+  test::Random random(3);
+  Bytes raw(11 * 30);
+  for (std::uint8_t& b : raw) b = static_cast<std::uint8_t>(random.next());
+  Depth disparity(240);
+  ASSERT_TRUE(unpack_disparity11({raw, {24, 10}}, disparity).ok());
+  for (std::size_t i = 0; i < disparity.size(); ++i) ASSERT_EQ(disparity[i], disparity_reference(raw, i)) << i;
+}
+
+TEST(RawDepth, EveryLengthOfPackedDisparityHasAnAnswer) {
+  Depth disparity(16);
+  for (std::size_t size = 0; size < 26; ++size)
+    EXPECT_EQ(unpack_disparity11({Bytes(size, 0xA5), {8, 2}}, disparity).ok(), size >= 22) << size;
+  Depth odd(9);
+  EXPECT_THAT(unpack_disparity11({Bytes(99), {9, 1}}, odd).error().reason, HasSubstr("multiple of 8"));
 }
 
 TEST(RawDepth, KinectDisparityIsItsFormula) {

@@ -27,6 +27,27 @@ void clear_value(std::uint16_t none, std::span<std::uint16_t> depth) {
   for (std::uint16_t& value : depth) value = value == none ? std::uint16_t{0} : value;
 }
 
+Status unpack_disparity11(const RawImage& image, std::span<std::uint16_t> disparity) {
+  assert(disparity.size() == image.size.pixels());
+  const std::size_t pixels = image.size.pixels();
+  if (image.size.width < 1 || image.size.height < 1 || pixels % 8 != 0)
+    return Error{"", std::to_string(pixels) + " pixels where a multiple of 8 is expected"};
+  if (image.bytes.size() < pixels / 8 * 11)
+    return Error{
+        "", std::to_string(image.bytes.size()) + " bytes where " + std::to_string(pixels / 8 * 11) + " are expected"};
+  const std::uint8_t* in = image.bytes.data();
+  for (std::size_t i = 0; i < pixels; i += 8, in += 11) {
+    std::uint32_t bits = 0;
+    int have = 0, at = 0;
+    for (std::size_t k = 0; k < 8; ++k) {
+      for (; have < 11; have += 8) bits = bits << 8 | in[at++];
+      have -= 11;
+      disparity[i + k] = static_cast<std::uint16_t>(bits >> have & 0x7FFu);
+    }
+  }
+  return success();
+}
+
 KinectDisparity::KinectDisparity(double offset, double baseline_m, double focal_px) : mm_{} {
   const double scaled = 8 * 1000 * focal_px * baseline_m;
   for (std::size_t d = 0; d < kNoDisparity; ++d) {

@@ -18,4 +18,8 @@ Status uyvy_to_rgb(const RawImage& image, std::span<std::uint8_t> rgb);
 // One byte a pixel.
 Status grey_to_rgb(const RawImage& image, std::span<std::uint8_t> rgb);
 
+// A Bayer mosaic whose first row is green red, the second blue green (as Kinect v1's): what a pixel lacks is the mean
+// of its nearest neighbours that have it, the image mirrored at its edges. Both sides have at least 2 pixels.
+Status bayer_grbg_to_rgb(const RawImage& image, std::span<std::uint8_t> rgb);
+
 }  // namespace onemap::hal::imaging

@@ -18,7 +18,11 @@ Status z16_to_depth(const RawImage& image, std::span<std::uint16_t> depth);
 // Makes the device's value for "no reading" (65535 with some) 0.
 void clear_value(std::uint16_t none, std::span<std::uint16_t> depth);
 
-// Kinect v1's disparities (of 11 bits, in eighths of a pixel; 2047 = no reading) to millimetres.
+// Kinect v1: disparities of 11 bits, packed without gaps, the high bits first; 2047 = no reading. Rows have no padding,
+// and the number of pixels is a multiple of 8.
+Status unpack_disparity11(const RawImage& image, std::span<std::uint16_t> disparity);
+
+// Kinect v1's disparities (in eighths of a pixel) to millimetres.
 class KinectDisparity {
  public:
   // z = 8 focal_px baseline_m / (offset - disparity); OpenKinect's numbers unless the device gives its own.
