@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "daemon/fleet/child_process.hpp"
+#include "support/patience.hpp"
 #include "support/temp_folder.hpp"
 #include "support/text_of.hpp"
 
@@ -28,11 +29,11 @@ inline daemon::ChildProcess start(const std::string& program, const std::vector<
   return std::move(*child);
 }
 
-// Runs a program to its end; what it exited with. -1: not within the time.
+// Runs a program to its end; what it exited with. -1: not within the time (times our patience).
 inline int run(const std::string& program, const std::vector<std::string>& arguments, const std::filesystem::path& log,
                std::chrono::seconds limit = std::chrono::seconds(240)) {
   auto child = start(program, arguments, log);
-  return child.wait(limit) ? child.exit_code() : -1;
+  return child.wait(kPatience * limit) ? child.exit_code() : -1;
 }
 
 }  // namespace onemap::test

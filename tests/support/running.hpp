@@ -8,12 +8,10 @@
 #include <thread>
 
 #include "comms/udp/udp_port.hpp"
+#include "support/patience.hpp"
 #include "support/program.hpp"
 
 namespace onemap::test {
-
-// A sanitizer's build is several times slower.
-inline constexpr int kPatience = std::string_view(ONEMAP_SANITIZE).empty() ? 1 : 6;
 
 inline bool wait_until(const std::function<bool()>& done, std::chrono::milliseconds limit) {
   const auto end = std::chrono::steady_clock::now() + kPatience * limit;

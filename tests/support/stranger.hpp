@@ -14,6 +14,7 @@
 #include "comms/udp/udp_port.hpp"
 #include "comms/wire.hpp"
 #include "daemon/clock.hpp"
+#include "support/patience.hpp"
 
 namespace onemap::test {
 
@@ -49,7 +50,7 @@ class Stranger {
   // Greets until it is answered, then announces and serves for the given time, or until `done`.
   void talk(
       std::chrono::milliseconds time, const std::function<bool()>& done = [] { return false; }) {
-    const Instant end = daemon::now() + time;
+    const Instant end = daemon::now() + kPatience * time;
     Instant next{};
     while (daemon::now() < end && !done()) {
       if (daemon::now() >= next) {

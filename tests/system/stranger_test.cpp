@@ -115,6 +115,7 @@ TEST(StrangerTest, NamesThatAreNoNamesWriteNoFilesAndForgeNoLines) {
 }
 
 TEST(StrangerTest, SubmapsThatGrowWhenDecodedCostABoundedAmountOfMemory) {
+  const int kMost_mb = test::kPatience == 1 ? 600 : 1500;  // a sanitizer keeps books on every byte
   Victim victim(kLongCamera);
   Stranger stranger("-evil", victim.port);
   speak_as(stranger, "-evil");
@@ -122,7 +123,7 @@ TEST(StrangerTest, SubmapsThatGrowWhenDecodedCostABoundedAmountOfMemory) {
   stranger.talk(12s);
   EXPECT_GT(stranger.served(), 1000u) << "the test must have shown them";
   std::this_thread::sleep_for(2s);
-  EXPECT_LT(victim.robot.memory_mb(), 600) << victim.robot.log();
+  EXPECT_LT(victim.robot.memory_mb(), kMost_mb) << victim.robot.log();
   EXPECT_EQ(victim.robot.stop(), 0) << victim.robot.log();
 }
 

@@ -11,7 +11,8 @@ namespace {
 using test::TempFolder;
 
 int run_fleet(const TempFolder& out, std::vector<std::string> arguments, int timeout_s = 120) {
-  arguments.insert(arguments.end(), {"--timeout", std::to_string(timeout_s), "--out", out.path().string()});
+  arguments.insert(arguments.end(),
+                   {"--timeout", std::to_string(test::kPatience * timeout_s), "--out", out.path().string()});
   const int code =
       test::run("onemap-fleet", arguments, out / "fleet.txt", std::chrono::seconds(std::max(240, timeout_s + 20)));
   std::string logs = test::text_of(out / "fleet.txt");
