@@ -1,6 +1,7 @@
 #include "daemon/signals.hpp"
 
 #include <poll.h>
+#include <signal.h>
 #include <sys/signalfd.h>
 #include <unistd.h>
 
@@ -11,13 +12,13 @@ StopSignals::StopSignals() {
   sigemptyset(&set);
   sigaddset(&set, SIGTERM);
   sigaddset(&set, SIGINT);
-  pthread_sigmask(SIG_BLOCK, &set, &before_);
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
   descriptor_ = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
 }
 
+// The signals stay blocked: one that comes while the program ends would make it look killed, with all its work done.
 StopSignals::~StopSignals() {
   if (descriptor_ >= 0) close(descriptor_);
-  pthread_sigmask(SIG_SETMASK, &before_, nullptr);
 }
 
 bool StopSignals::wait(Duration at_most) {

@@ -1,10 +1,12 @@
 #pragma once
 // Daemons that run while a test does something to them.
+#include <unistd.h>
+
 #include <chrono>
 #include <functional>
 #include <optional>
+#include <stdexcept>
 #include <string>
-#include <string_view>
 #include <thread>
 
 #include "comms/udp/udp_port.hpp"
@@ -22,10 +24,15 @@ inline bool wait_until(const std::function<bool()>& done, std::chrono::milliseco
   return true;
 }
 
-// A free port of loopback, for a moment at least.
+// A free port of loopback, for a moment at least. Below the ports that the system gives out by itself, and from another
+// one on in each process: what two tests that run at once ask for is not the same.
 inline std::uint16_t free_port() {
-  auto port = comms::UdpPort::open({comms::Endpoint::ipv4(127, 0, 0, 1, 0), {}});
-  return port ? (*port)->local().port : std::uint16_t{0};
+  static auto next = static_cast<std::uint16_t>(20000 + getpid() * 37 % 12000);
+  for (int tries = 0; tries < 100; ++tries) {
+    const std::uint16_t port = next++;
+    if (comms::UdpPort::open({comms::Endpoint::ipv4(127, 0, 0, 1, port), {}})) return port;
+  }
+  throw std::runtime_error("no free port from 20000 on");
 }
 
 // One onemapd with a folder of its own below the test's.

@@ -1,11 +1,10 @@
 #pragma once
-#include <csignal>
-
 #include "hal/base/time.hpp"
 
 namespace onemap::daemon {
 
-// SIGTERM and SIGINT as something to wait for. Make it before any thread starts: they inherit the blocked signals.
+// SIGTERM and SIGINT as something to wait for, for the rest of the program. Make it before any thread starts: they
+// inherit the blocked signals.
 class StopSignals {
  public:
   StopSignals();
@@ -18,7 +17,6 @@ class StopSignals {
 
  private:
   int descriptor_ = -1;
-  sigset_t before_{};
   bool stopped_ = false;
 };
 
