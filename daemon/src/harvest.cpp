@@ -7,6 +7,7 @@
 #include "daemon/standing.hpp"
 #include "daemon/team_picture.hpp"
 #include "hal/base/file.hpp"
+#include "mapping/team/local_atlas.hpp"
 #include "render/png_writer.hpp"
 
 namespace onemap::daemon {
@@ -19,6 +20,12 @@ SavedPath make_path(const std::string& name, render::Color color, const std::vec
   path.poses.reserve(poses.size());
   for (const mapping::StampedPose& pose : poses) path.poses.push_back(pose.T_robot_camera);
   return path;
+}
+
+std::vector<mapping::QuantizedPose> keyframe_poses(const mapping::TeamMember& member) {
+  std::vector<mapping::QuantizedPose> out;
+  for (const mapping::KeyframePlace& place : member.places) out.push_back(place.T_robot_keyframe);
+  return out;
 }
 }  // namespace
 
@@ -94,16 +101,24 @@ MapPicture Harvest::global_picture(const mapping::SolutionRecord& solution) cons
   for (const auto& solved : solution.robots)
     if (const auto member = members.find(solved.robot); member != members.end())
       paths.push_back(make_path(solved.robot.name(), color_of(solved.robot.name()), member->second.trajectory(),
-                                member->second.keyframe_poses, solved.T_global_robot));
+                                keyframe_poses(member->second), solved.T_global_robot));
   return {config_.out + "/global", save_map("global map", paths, *from_.team->map().map())};
+}
+
+const mapping::VoxelMap& Harvest::local_map() const {
+  if (!local_) {
+    mapping::AtlasConfig config{config_.mapper.map};
+    config.map.budget_bytes = config_.global_budget_bytes;
+    local_ = mapping::local_atlas(from_.pipeline.mapper(), config);
+  }
+  return local_->map();
 }
 
 std::vector<MapPicture> Harvest::pictures() const {
   const SavedPath path =
       make_path(config_.id, color_of(config_.id), from_.pipeline.poses(), from_.pipeline.keyframe_poses());
   std::vector<MapPicture> pictures;
-  pictures.push_back(
-      {config_.out + "/local", save_map("local map of " + config_.id, {&path, 1}, from_.pipeline.mapper().map())});
+  pictures.push_back({config_.out + "/local", save_map("local map of " + config_.id, {&path, 1}, local_map())});
   const auto solution = from_.team ? from_.team->map().solution() : std::nullopt;
   if (solution && from_.team->map().map()) pictures.push_back(global_picture(*solution));
   return pictures;
@@ -118,7 +133,7 @@ RobotReport Harvest::robot_report() const {
   robot.keyframes = from_.pipeline.keyframe_poses().size();
   robot.ms_per_frame = from_.pipeline.frame_times().quantiles();
   robot.peak_rss_mb = from_.peak_rss_mb;
-  robot.blocks_refused = from_.pipeline.mapper().map().counters().blocks_refused;
+  robot.blocks_refused = from_.pipeline.mapper().counters().surface.blocks_refused;
   return robot;
 }
 
@@ -142,7 +157,7 @@ Report Harvest::report() const {
     report.same_map = true;
     report.reference = config_.id;
     robot.in_global_map = true;
-    robot.map_digest = from_.pipeline.mapper().map().digest();
+    robot.map_digest = local_map().digest();
   }
   report.global_points = vertices_;
   report.robots.push_back(std::move(robot));

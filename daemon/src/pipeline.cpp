@@ -73,13 +73,14 @@ void Pipeline::process(const hal::FrameView& frame) {
 
 // Surfaces that the voxel map has no room for are missing from every picture and from everybody's map: say so.
 void Pipeline::log_full() {
-  const std::uint64_t refused = mapper_->map().counters().blocks_refused;
+  const mapping::LocalMapperCounters counters = mapper_->counters();
+  const std::uint64_t refused = counters.surface.blocks_refused;
   if (refused == blocks_refused_) return;
   blocks_refused_ = refused;
   log_.limited("map full",
                "the voxel map is full ({} blocks): new surface is left out, {} blocks so far; raise map.budget_mb or "
                "map.voxel_m",
-               mapper_->map().used(), refused);
+               counters.blocks, refused);
 }
 
 void Pipeline::log_change(const hal::FrameView& frame, const mapping::FrameReport& report) {
@@ -133,11 +134,12 @@ void Pipeline::drain() {
 }
 
 void Pipeline::drain_submaps() {
-  if (!publisher_) return;
   while (Publisher::Sealed* sealed = slot()) {
     sealed->what = Publisher::Sealed::What::submap;
-    if (!mapper_->take_submap(sealed->submap)) return publisher_->give_back(sealed);
-    publisher_->publish(sealed);
+    const bool taken = mapper_->take_submap(sealed->submap);
+    if (publisher_ && taken) publisher_->publish(sealed);
+    if (publisher_ && !taken) publisher_->give_back(sealed);
+    if (!taken) break;
   }
 }
 

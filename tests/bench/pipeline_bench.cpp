@@ -22,6 +22,7 @@
 #include "hal/frame_pool.hpp"
 #include "mapping/local/local_mapper.hpp"
 #include "support/count_allocations.hpp"
+#include "support/submap_digest.hpp"
 #ifdef ONEMAP_WITH_OPENCV_RGBD
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -183,12 +184,12 @@ class Bench {
     line("frame", frame_ms_);
     const mapping::LocalMapperCounters c = mapper_.counters();
     std::printf(
-        "frames %llu tracked %llu keyframes %llu times lost %llu relocalized %llu integrated %llu blocks %zu/%zu\n",
+        "frames %llu tracked %llu keyframes %llu times lost %llu relocalized %llu integrated %llu blocks %zu submaps %zu\n",
         number(c.frames), number(c.tracked), number(c.keyframes), number(c.times_lost), number(c.relocalized),
-        number(c.integrated), mapper_.map().used(), mapper_.map().capacity());
+        number(c.integrated), c.blocks, static_cast<std::size_t>(c.surface.submaps));
     std::printf("allocations on the frame path %llu, mapper %.1f MB, peak RSS %.1f MB, digest %016llx\n",
                 number(allocations_), static_cast<double>(mapper_.bytes()) / 1048576, peak_rss_mb(),
-                number(mapper_.map().digest()));
+                number(test::submap_digest(mapper_)));
   }
 
  private:

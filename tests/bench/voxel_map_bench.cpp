@@ -9,7 +9,6 @@
 #include "mapping/local/surface.hpp"
 #include "mapping/team/atlas.hpp"
 #include "support/tum_recording.hpp"
-#include "support/whole_atlas.hpp"
 
 namespace {
 
@@ -136,19 +135,19 @@ BENCHMARK(submap_codec)->Unit(benchmark::kMillisecond);
 void atlas_of_four(benchmark::State& state) {
   if (missing(state)) return;
   const auto records = submaps_of(fused());
-  SolutionRecord solution;
   std::vector<Atlas::Submap> submaps;
+  for (std::size_t i = 0; i < records.size(); ++i) submaps.push_back({static_cast<std::uint32_t>(i), &records[i]});
+  std::vector<std::vector<PlacedAnchor>> robots;
   for (int r = 1; r <= 4; ++r) {
     Vector6d motion;
     motion << 0.1 * r, -0.2 * r, 0.05 * r, 0.9 * r, 0.3 * r, 0.1;
-    const RobotId robot = RobotId::from_name("robot" + std::to_string(r));
-    solution.robots.push_back({robot, quantize(small_motion(motion))});
-    for (std::size_t i = 0; i < records.size(); ++i)
-      submaps.push_back({robot, static_cast<std::uint32_t>(i), &records[i]});
+    robots.push_back({{0, quantize(small_motion(motion))}});
   }
-  solution.reference = solution.robots[0].robot;
   Atlas atlas({});
-  for (auto _ : state) test::rebuild(atlas, solution, submaps);
+  for (auto _ : state) {
+    atlas.clear();
+    for (const auto& anchors : robots) atlas.add(anchors, submaps);
+  }
   state.counters["source_blocks"] = static_cast<double>(atlas.counters().blocks);
   state.counters["global_blocks"] = static_cast<double>(atlas.map().used());
   state.counters["global_points"] = static_cast<double>(extract_mesh(atlas.map(), 1).vertices.size());

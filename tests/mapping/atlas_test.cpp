@@ -8,15 +8,12 @@
 #include "mapping/local/surface.hpp"
 #include "support/analytic_scene.hpp"
 #include "support/random.hpp"
-#include "support/whole_atlas.hpp"
 
 namespace onemap::mapping {
 namespace {
 
 using test::look_at;
 using test::Scene;
-
-const RobotId kA = RobotId::from_name("robot1"), kB = RobotId::from_name("robot2"), kC = RobotId::from_name("robot3");
 
 Scene room_with_sphere() {
   Scene scene;
@@ -57,9 +54,16 @@ std::size_t filled_blocks(const VoxelMap& map) {
   return out;
 }
 
-void append(std::vector<Atlas::Submap>& to, const RobotId& robot, const std::vector<SubmapRecord>& records) {
-  for (std::size_t i = 0; i < records.size(); ++i) to.push_back({robot, static_cast<std::uint32_t>(i), &records[i]});
-}
+// One robot's submaps with one anchor, the keyframe 0.
+struct Source {
+  Source(const std::vector<SubmapRecord>& records, const Pose& T_map_anchor = {})
+      : anchors{{0, quantize(T_map_anchor)}} {
+    for (std::size_t i = 0; i < records.size(); ++i) submaps.push_back({static_cast<std::uint32_t>(i), &records[i]});
+  }
+  void add_to(Atlas& atlas) const { atlas.add(anchors, submaps); }
+  std::vector<PlacedAnchor> anchors;
+  std::vector<Atlas::Submap> submaps;
+};
 
 Pose motion(double wx, double wy, double wz, double x, double y, double z) {
   Vector6d v;
@@ -87,10 +91,8 @@ Error surface_error(const VoxelMap& map, const Pose& T_world_global) {
 TEST(Atlas, IdentityReproducesEveryVoxel) {
   VoxelMap local = explore({}, -0.6);
   const auto records = all_submaps(local);
-  std::vector<Atlas::Submap> submaps;
-  append(submaps, kA, records);
   Atlas atlas({});
-  test::rebuild(atlas, {kA, {{kA, {}}}, 0}, submaps);
+  Source(records).add_to(atlas);
   std::size_t observed = 0, found = 0;
   local.for_each_sorted([&](const BlockView& block) {
     const Voxel* global = atlas.map().find(block.key);
@@ -116,27 +118,20 @@ TEST(Atlas, OrderOfSubmapsDoesNotMatter) {
   const Pose T_world_b = motion(0.2, -0.1, 0.4, 0.5, -0.3, 0.2);
   VoxelMap a = explore({}, -0.6), b = explore(T_world_b, 0.1);
   const auto ra = all_submaps(a), rb = all_submaps(b);
-  std::vector<Atlas::Submap> submaps;
-  append(submaps, kB, rb);
-  append(submaps, kA, ra);
-  const SolutionRecord solution{kA, {{kA, {}}, {kB, quantize(T_world_b)}}, 1};
+  Source from_a(ra), from_b(rb, T_world_b);
   Atlas atlas({});
-  test::rebuild(atlas, solution, submaps);
-  const std::uint64_t digest = atlas.digest(), map_digest = atlas.map().digest();
+  from_a.add_to(atlas);
+  from_b.add_to(atlas);
+  const std::uint64_t digest = atlas.map().digest();
   test::Random random(9);
   for (int i = 0; i < 3; ++i) {
-    for (std::size_t k = submaps.size(); k > 1; --k) std::swap(submaps[k - 1], submaps[random.next() % k]);
-    Atlas again({});
-    test::rebuild(again, solution, submaps);
-    EXPECT_EQ(again.digest(), digest);
-    test::rebuild(atlas, solution, submaps);  // and a used atlas forgets what it held
-    EXPECT_EQ(atlas.digest(), digest);
+    for (std::size_t k = from_b.submaps.size(); k > 1; --k)
+      std::swap(from_b.submaps[k - 1], from_b.submaps[random.next() % k]);
+    atlas.clear();  // a used atlas forgets what it held
+    from_a.add_to(atlas);
+    from_b.add_to(atlas);
+    EXPECT_EQ(atlas.map().digest(), digest);
   }
-  SolutionRecord other = solution;
-  other.links_used = 2;  // the digest covers the solution too
-  test::rebuild(atlas, other, submaps);
-  EXPECT_EQ(atlas.map().digest(), map_digest);
-  EXPECT_NE(atlas.digest(), digest);
 }
 
 // Two robots with frames far from each other in angle and place, one with coarser voxels: one surface, at the truth.
@@ -144,12 +139,9 @@ TEST(Atlas, MovedAndResampledRobotsLieOnTheTruth) {
   const Pose T_world_b = motion(0.7, -0.4, 1.1, 0.5, -0.3, 0.2), T_world_c = motion(-0.3, 0.8, -0.2, -2, 1, 0.1);
   VoxelMap a = explore({}, -0.6), b = explore(T_world_b, -0.3), c = explore(T_world_c, 0.0, 0.025f, 0.075f);
   const auto ra = all_submaps(a), rb = all_submaps(b), rc = all_submaps(c);
-  std::vector<Atlas::Submap> submaps;
-  append(submaps, kA, ra);
-  append(submaps, kB, rb);
-  append(submaps, kC, rc);
+  const Source from_a(ra), from_b(rb, T_world_b), from_c(rc, T_world_c);
   Atlas atlas({});
-  test::rebuild(atlas, {kA, {{kA, {}}, {kB, quantize(T_world_b)}, {kC, quantize(T_world_c)}}, 2}, submaps);
+  for (const Source* source : {&from_a, &from_b, &from_c}) source->add_to(atlas);
   EXPECT_EQ(atlas.counters().robots, 3u);
   const Error alone = surface_error(a, {}), all = surface_error(atlas.map(), {});
   EXPECT_LT(all.mean_m, 0.15 * 0.02) << "mean error in voxels: " << all.mean_m / 0.02;
@@ -159,27 +151,13 @@ TEST(Atlas, MovedAndResampledRobotsLieOnTheTruth) {
   EXPECT_LT(all.vertices, 1.5 * static_cast<double>(alone.vertices));
 
   // Each robot alone keeps most of its surface when it is moved.
-  for (const auto* robot : {&kB, &kC}) {
+  for (const Source* source : {&from_b, &from_c}) {
     Atlas one({});
-    test::rebuild(one, {*robot, {{*robot, quantize(*robot == kB ? T_world_b : T_world_c)}}, 0}, submaps);
+    source->add_to(one);
     const Error moved = surface_error(one.map(), {});
     EXPECT_LT(moved.mean_m, 0.15 * 0.02);
     EXPECT_GT(static_cast<double>(moved.vertices), 0.85 * static_cast<double>(alone.vertices));
   }
-}
-
-TEST(Atlas, LeavesOutRobotsWithoutASolution) {
-  VoxelMap a = explore({}, -0.6), b = explore({}, 0.1);
-  const auto ra = all_submaps(a), rb = all_submaps(b);
-  std::vector<Atlas::Submap> only_a, both;
-  append(only_a, kA, ra);
-  append(both, kA, ra);
-  append(both, kB, rb);
-  Atlas one({}), two({});
-  test::rebuild(one, {kA, {{kA, {}}}, 0}, only_a);
-  test::rebuild(two, {kA, {{kA, {}}}, 0}, both);
-  EXPECT_EQ(one.digest(), two.digest());
-  EXPECT_EQ(two.counters().robots, 1u);
 }
 
 SubmapRecord one_voxel(std::int16_t tsdf, std::int32_t voxel_um = 20000) {
@@ -190,9 +168,10 @@ SubmapRecord one_voxel(std::int16_t tsdf, std::int32_t voxel_um = 20000) {
 
 TEST(Atlas, LaterVersionReplacesTheEarlier) {
   const SubmapRecord old = one_voxel(100), now = one_voxel(-300);
-  const std::vector<Atlas::Submap> submaps{{kA, 4, &now}, {kA, 3, &old}};
+  const std::vector<Atlas::Submap> submaps{{4, &now}, {3, &old}};
+  const std::vector<PlacedAnchor> anchors{{0, {}}};
   Atlas atlas({});
-  test::rebuild(atlas, {kA, {{kA, {}}}, 0}, submaps);
+  atlas.add(anchors, submaps);
   const Voxel* block = atlas.map().find({1, 2, 3});
   ASSERT_NE(block, nullptr);
   EXPECT_EQ(block[77].tsdf(), -300);
@@ -201,32 +180,56 @@ TEST(Atlas, LaterVersionReplacesTheEarlier) {
   EXPECT_EQ(atlas.counters().blocks, 1u);
 }
 
-TEST(Atlas, SumsWhatRobotsSawOfOneVoxel) {
-  const SubmapRecord a = one_voxel(100), b = one_voxel(-300);
-  const std::vector<Atlas::Submap> submaps{{kA, 0, &a}, {kB, 0, &b}};
+// The same block of two anchors is two blocks: each goes where its anchor is.
+TEST(Atlas, EachSubmapGoesWithItsAnchor) {
+  SubmapRecord a = one_voxel(100), b = one_voxel(-300);
+  b.anchor_keyframe = 7;
+  QuantizedPose moved;
+  moved.t_10um = {0, 0, 8 * 2000};  // a block
+  const std::vector<Atlas::Submap> submaps{{4, &a}, {3, &b}};
+  const std::vector<PlacedAnchor> anchors{{0, {}}, {7, moved}};
   Atlas atlas({});
-  test::rebuild(atlas, {kA, {{kA, {}}, {kB, {}}}, 1}, submaps);
+  atlas.add(anchors, submaps);
+  EXPECT_EQ(atlas.map().find({1, 2, 3})[77].tsdf(), 100);
+  ASSERT_NE(atlas.map().find({1, 2, 4}), nullptr);
+  EXPECT_EQ(atlas.map().find({1, 2, 4})[77].tsdf(), -300);
+  EXPECT_EQ(atlas.counters().blocks, 2u);
+}
+
+TEST(Atlas, LeavesOutWhatHasNoAnchor) {
+  SubmapRecord record = one_voxel(100);
+  record.anchor_keyframe = 5;
+  Atlas atlas({});
+  const std::vector<Atlas::Submap> submaps{{0, &record}};
+  const std::vector<PlacedAnchor> anchors{{0, {}}, {7, {}}};
+  atlas.add(anchors, submaps);
+  EXPECT_EQ(atlas.map().used(), 0u);
+  EXPECT_EQ(atlas.counters().blocks_unplaced, 1u);
+}
+
+TEST(Atlas, SumsWhatRobotsSawOfOneVoxel) {
+  const std::vector<SubmapRecord> a{one_voxel(100)}, b{one_voxel(-300)};
+  Atlas atlas({});
+  Source(a).add_to(atlas);
+  Source(b).add_to(atlas);
   const Voxel& voxel = atlas.map().find({1, 2, 3})[77];
   EXPECT_EQ(voxel.tsdf_sum, -1000);
   EXPECT_EQ(voxel.weight, 10);
 }
 
 TEST(Atlas, LeavesOutUnlikeVoxelSizesAndCountsAFullMap) {
-  const SubmapRecord coarse = one_voxel(0, 90000);
-  const std::vector<Atlas::Submap> submaps{{kA, 0, &coarse}};
+  const std::vector<SubmapRecord> coarse{one_voxel(0, 90000)};
   Atlas atlas({});
-  test::rebuild(atlas, {kA, {{kA, {}}}, 0}, submaps);
+  Source(coarse).add_to(atlas);
   EXPECT_EQ(atlas.counters().blocks_left_out, 1u);
   EXPECT_EQ(atlas.map().used(), 0u);
 
   VoxelMap local = explore({}, -0.6);
   const auto records = all_submaps(local);
-  std::vector<Atlas::Submap> many;
-  append(many, kA, records);
   AtlasConfig small;
   small.map.budget_bytes = 1 << 20;
   Atlas full(small);
-  test::rebuild(full, {kA, {{kA, {}}}, 0}, many);
+  Source(records).add_to(full);
   EXPECT_EQ(full.map().used(), full.map().capacity());
   EXPECT_GT(full.map().counters().blocks_refused, 0u);
 }

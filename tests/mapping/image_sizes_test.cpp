@@ -50,7 +50,7 @@ Followed follow(const std::string& size) {
     const Vector3d moved = turn(truth[0]).transpose() * (position(truth[i]) - position(truth[0]));
     out.worst_m = std::max(out.worst_m, (report.T_robot_camera.t - moved).norm());
   }
-  out.blocks = mapper.map().used();
+  out.blocks = mapper.counters().blocks;
   return out;
 }
 

@@ -120,6 +120,8 @@ TEST_F(MapFusionTest, FarPlacesCostNoMore) {
   Author near("a"), far("b");
   near.hello();
   far.hello();
+  near.keyframe();
+  far.keyframe();
   for (const int at : {-(1 << 20) + 1, 0, (1 << 20) - 1}) {
     SubmapRecord record{0, 80000, 8'000'000, {{{at, at, at}, {}}}};
     for (auto& voxel : record.blocks[0].voxels) voxel = {0, 200, {1, 1, 1}};

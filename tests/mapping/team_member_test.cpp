@@ -28,7 +28,7 @@ TEST(TeamMember, IsCompleteWithWhatItsFinishedPromises) {
   }
   EXPECT_TRUE(member.complete());
   EXPECT_EQ(member.name, "a");
-  EXPECT_EQ(member.keyframe_poses.size(), 3u);
+  EXPECT_EQ(member.places.size(), 3u);
   ASSERT_EQ(member.trajectory().size(), 1u);
   EXPECT_EQ(member.trajectory()[0].time, frame_time_from_ns(1'000'000'000));
 }
@@ -86,7 +86,7 @@ TEST(TeamMember, KeepsABoundedNumberOfKeyframesAndLinks) {
   for (std::size_t i = 0; i < TeamMember::kMaxKeyframes; ++i) ASSERT_TRUE(member.apply(author.keyframe()).ok());
   expect_refused(member, author.keyframe(), "as many as are looked at");
   EXPECT_EQ(member.keyframes.size(), TeamMember::kMaxKeyframes);
-  EXPECT_EQ(member.keyframe_poses.size(), TeamMember::kMaxKeyframes);
+  EXPECT_EQ(member.places.size(), TeamMember::kMaxKeyframes);
   ASSERT_TRUE(member.apply(author.finish()).ok());
   EXPECT_TRUE(member.keyframes_complete()) << "what is refused is not waited for";
   for (std::size_t i = 0; i < TeamMember::kMaxLinks; ++i)

@@ -73,6 +73,7 @@ TEST(TeamRefusals, AnEmptyMapIsNotSettledOnInSilence) {
 TEST(TeamRefusals, AFullGlobalMapIsSaid) {
   Author wide("a");
   wide.hello();
+  wide.keyframe();
   for (int i = 0; i < 40; ++i) wide.submap({2 * i, 0, 0});
   wide.finish();
   TeamMapConfig config;

@@ -34,12 +34,18 @@ inline Author explore(const std::string& name, const std::string& camera_text, s
   LocalMapper mapper(config, camera->intrinsics());
   author.write(Lane::control, RecordKind::hello, HelloRecord{name, camera_text});
   FinishedRecord finished;
+  std::vector<SubmapRecord> submaps;
+  const auto take_submaps = [&] {
+    for (SubmapRecord submap; mapper.take_submap(submap);) submaps.push_back(submap);
+  };
   for (; camera; ++finished.frames) {
     hal::Frame frame = pool.acquire();
     if (camera->grab(frame, std::chrono::milliseconds(0)) != hal::Grab::frame) break;
     mapper.process(frame.view());
+    take_submaps();
   }
   mapper.finish();
+  take_submaps();
   KeyframeRecord keyframe;
   for (; mapper.take_keyframe(keyframe); ++finished.keyframes)
     author.write(Lane::features, RecordKind::keyframe, keyframe);
@@ -47,8 +53,8 @@ inline Author explore(const std::string& name, const std::string& camera_text, s
     finished.tracked += static_cast<std::uint32_t>(poses.poses.size());
     author.write(Lane::poses, RecordKind::trajectory, poses);
   }
-  for (SubmapRecord submap; mapper.take_submap(submap); ++finished.submaps)
-    author.write(Lane::voxels, RecordKind::submap, submap);
+  for (const SubmapRecord& submap : submaps) author.write(Lane::voxels, RecordKind::submap, submap);
+  finished.submaps = static_cast<std::uint32_t>(submaps.size());
   author.write(Lane::control, RecordKind::finished, finished);
   return author;
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "daemon/capture.hpp"
@@ -10,6 +11,7 @@
 #include "daemon/radio.hpp"
 #include "daemon/report.hpp"
 #include "daemon/team.hpp"
+#include "mapping/team/atlas.hpp"
 #include "render/scene.hpp"
 
 namespace onemap::daemon {
@@ -38,6 +40,7 @@ class Harvest {
   render::Color color_of(const std::string& robot) const;
   std::vector<MapPicture> pictures() const;
   Status draw();
+  const mapping::VoxelMap& local_map() const;
   MapPicture global_picture(const mapping::SolutionRecord& solution) const;
   Report report() const;
   RobotReport robot_report() const;
@@ -47,6 +50,7 @@ class Harvest {
   const Sources from_;
   Log& log_;
   Status first_ = success();
+  mutable std::optional<mapping::Atlas> local_;  // fused when it is asked for
   std::uint64_t vertices_ = 0;  // of the global map's files when there are such, else of the local one's
 };
 

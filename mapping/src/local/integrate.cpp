@@ -51,13 +51,13 @@ struct VoxelMap::Viewpoint {
 void VoxelMap::touch(const BlockKey& key) {
   const std::int32_t block = index_or_add(key);
   if (block < 0) {
-    missing_.add(key);
+    shared_->missing.add(key);
     return;
   }
   auto& last = touched_[static_cast<std::size_t>(block)];
   if (last == counters_.integrated_frames) return;
   last = counters_.integrated_frames;
-  seen_.push_back(block);
+  shared_->seen.push_back(block);
 }
 
 // All blocks that the segment passes (Amanatides and Woo 1987); units of blocks.
@@ -87,15 +87,16 @@ void VoxelMap::touch_segment(const Vector3f& from, const Vector3f& to) {
 
 // Step 1: the blocks that the truncation bands of the seen surface reach.
 void VoxelMap::touch_seen_blocks(const Viewpoint& from) {
-  seen_.clear();
-  const float inv_fx = 1 / view_.fx(), inv_fy = 1 / view_.fy();
-  const int stride = view_.fx() > kRaysPerUnit ? static_cast<int>(view_.fx() / kRaysPerUnit) : 1;
-  for (int v = 1 + stride / 2; v < view_.height() - 1; v += stride) {
-    const float y = (static_cast<float>(v) + 0.5f - view_.cy()) * inv_fy;
-    const float* depth = view_.depth_m() + static_cast<std::ptrdiff_t>(v) * view_.width();
-    for (int u = 1 + stride / 2; u < view_.width() - 1; u += stride) {
+  const PinholeView& view = shared_->view;
+  shared_->seen.clear();
+  const float inv_fx = 1 / view.fx(), inv_fy = 1 / view.fy();
+  const int stride = view.fx() > kRaysPerUnit ? static_cast<int>(view.fx() / kRaysPerUnit) : 1;
+  for (int v = 1 + stride / 2; v < view.height() - 1; v += stride) {
+    const float y = (static_cast<float>(v) + 0.5f - view.cy()) * inv_fy;
+    const float* depth = view.depth_m() + static_cast<std::ptrdiff_t>(v) * view.width();
+    for (int u = 1 + stride / 2; u < view.width() - 1; u += stride) {
       if (depth[u] == 0) continue;
-      const Vector3f ray((static_cast<float>(u) + 0.5f - view_.cx()) * inv_fx, y, 1);
+      const Vector3f ray((static_cast<float>(u) + 0.5f - view.cx()) * inv_fx, y, 1);
       const Vector3f direction = from.R_block_camera * ray;
       // A truncation that is deeper than the depth does not reach behind the camera.
       touch_segment(from.origin_block + direction * std::max(kMinDepth_m, depth[u] - config_.truncation_m),
@@ -110,14 +111,15 @@ bool VoxelMap::fuse_block(const Viewpoint& from, std::size_t block, std::span<co
   const double voxel_m = config_.voxel_m;
   const Vector3d corner = Vector3d(key.x, key.y, key.z) * (kBlockSide * voxel_m);
   const Vector3f first = (from.T_camera_map * (corner + Vector3d::Constant(0.5 * voxel_m))).cast<float>();
-  const float right = static_cast<float>(view_.width() - 1), bottom = static_cast<float>(view_.height() - 1);
-  const float fx = view_.fx(), fy = view_.fy(), cx = view_.cx(), cy = view_.cy();
-  const float width = static_cast<float>(view_.width());
+  const PinholeView& view = shared_->view;
+  const float right = static_cast<float>(view.width() - 1), bottom = static_cast<float>(view.height() - 1);
+  const float fx = view.fx(), fy = view.fy(), cx = view.cx(), cy = view.cy();
+  const float width = static_cast<float>(view.width());
   const float truncation = config_.truncation_m, to_units = static_cast<float>(kTsdfOne) / truncation;
   const float color_band = kColorBand_voxels * config_.voxel_m;
-  const float* depth = view_.depth_m();
+  const float* depth = view.depth_m();
   const float sx = from.step_x[0], sy = from.step_x[1], sz = from.step_x[2];
-  Voxel* voxel = &voxels_[block * kBlockVoxels];
+  Voxel* voxel = voxels_of(block);
   bool changed = false;
   for (int z = 0; z < kBlockSide; ++z) {
     for (int y = 0; y < kBlockSide; ++y, voxel += kBlockSide) {
@@ -147,7 +149,7 @@ bool VoxelMap::fuse_block(const Viewpoint& from, std::size_t block, std::span<co
         voxel[i].add_tsdf(tsdf, observation_weight(d));
         changed = true;
         if (sdf > color_band || sdf < -color_band || rgb.empty()) continue;
-        const auto* color = &rgb[3 * static_cast<std::size_t>(view_.source()[row.pixel[i]])];
+        const auto* color = &rgb[3 * static_cast<std::size_t>(view.source()[row.pixel[i]])];
         voxel[i].add_color(color[0], color[1], color[2]);
       }
     }
@@ -161,7 +163,7 @@ void VoxelMap::integrate(const hal::FrameView& frame, const RayTable& rays, cons
     return;
   }
   ++counters_.integrated_frames;
-  view_.load(frame, rays, config_.max_depth_m);
+  shared_->view.load(frame, rays, config_.max_depth_m);
   Viewpoint from;
   from.T_camera_map = T_map_camera.inverse();
   const double voxel_m = config_.voxel_m, block_m = kBlockSide * voxel_m;
@@ -170,11 +172,11 @@ void VoxelMap::integrate(const hal::FrameView& frame, const RayTable& rays, cons
   from.step_z = (from.T_camera_map.R.col(2) * voxel_m).cast<float>();
   from.origin_block = (T_map_camera.t / block_m).cast<float>();
   from.R_block_camera = (T_map_camera.R / block_m).cast<float>();
-  missing_.begin_frame();
+  shared_->missing.begin_frame();
   touch_seen_blocks(from);
-  counters_.blocks_refused += missing_.count();
-  counters_.frames_short += missing_.count() > 0;
-  for (const std::int32_t block : seen_)
+  counters_.blocks_refused += shared_->missing.count();
+  counters_.frames_short += shared_->missing.count() > 0;
+  for (const std::int32_t block : shared_->seen)
     if (fuse_block(from, static_cast<std::size_t>(block), frame.rgb)) changed_[static_cast<std::size_t>(block)] = 1;
 }
 

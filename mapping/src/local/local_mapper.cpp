@@ -28,7 +28,7 @@ KeyframeMapConfig keyframe_map_config(const LocalMapperConfig& c) {
 }
 
 SurfaceBuilderConfig surface_config(const LocalMapperConfig& c, const hal::Intrinsics& k) {
-  SurfaceBuilderConfig out{c.map, c.min_motion_m, c.min_motion_deg};
+  SurfaceBuilderConfig out{c.map, c.min_motion_m, c.min_motion_deg, c.shelf_bytes};
   out.map.image_pixels = static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height);
   return out;
 }
@@ -87,7 +87,7 @@ FrameReport LocalMapper::Impl::process(const hal::FrameView& frame) {
 
     // Points in the local reference, known ones refined; a frame that hardly moved is left out, figure 8.
     begin(Step::integrate);
-    report.integrated = surface.integrate(frame, front_end.rays(), T_camera_robot);
+    report.integrated = surface.integrate(frame, front_end.rays(), T_camera_robot, keyframes.reference().anchor);
     counters.integrated += report.integrated;
     tracker.follow(seen, frame.colour_time, T_camera_robot);
     report.state = tracker.state();
@@ -129,6 +129,8 @@ Pose LocalMapper::Impl::settle(const hal::FrameView& frame, const Placed& placed
   if (report.keyframe_added) {
     const auto sealed = keyframes.add(frame, T_camera_robot, seen.features);
     if (sealed) trajectory.seal(keyframes.landmarks(), *sealed);
+    for (const SubmapAnchor& anchor : keyframes.moved_anchors()) surface.place(anchor);
+    keyframes.hang_reference(surface.choose(keyframes.reference().T_camera_robot, keyframes.near_anchors()));
     T_camera_robot = keyframes.reference().T_camera_robot;
   }
   trajectory.add(keyframes.landmarks(), frame.colour_time, keyframes.reference_slot(),
@@ -152,7 +154,9 @@ LocalMapper::~LocalMapper() = default;
 void LocalMapper::set_step_hook(StepHook hook) { impl_->begin = hook; }
 FrameReport LocalMapper::process(const hal::FrameView& frame) { return impl_->process(frame); }
 void LocalMapper::finish() { impl_->finish(); }
-const VoxelMap& LocalMapper::map() const { return impl_->surface.voxels(); }
+void LocalMapper::for_each_submap(const std::function<void(const SubmapAnchor&, const VoxelMap&)>& fn) const {
+  impl_->surface.for_each(fn);
+}
 bool LocalMapper::take_submap(SubmapRecord& out) { return impl_->surface.take_submap(out); }
 bool LocalMapper::take_poses(TrajectoryRecord& out) { return impl_->trajectory.take(out.poses, kPoseBatch); }
 MatchPicture LocalMapper::last_matches() const { return impl_->tracker.last_matches(impl_->seen, impl_->keyframes); }
@@ -174,15 +178,14 @@ LocalMapperCounters LocalMapper::counters() const {
   out.keyframes = impl_->keyframes.made();
   out.keyframes_evicted = keyframes.evicted();
   out.keyframes_untaken = keyframes.evicted_untaken();
-  out.blocks_refused = impl_->surface.voxels().counters().blocks_refused;
-  out.frames_short = impl_->surface.voxels().counters().frames_short;
+  out.surface = impl_->surface.counters();
+  out.blocks = impl_->surface.blocks();
   return out;
 }
 
 std::size_t LocalMapper::bytes() const {
   const Impl& m = *impl_;
-  return m.front_end.bytes() + m.keyframes.bytes() + m.tracker.bytes() + m.surface.voxels().bytes() +
-         m.trajectory.bytes();
+  return m.front_end.bytes() + m.keyframes.bytes() + m.tracker.bytes() + m.surface.bytes() + m.trajectory.bytes();
 }
 
 }  // namespace onemap::mapping

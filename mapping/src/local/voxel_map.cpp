@@ -10,8 +10,9 @@ namespace onemap::mapping {
 namespace {
 
 constexpr std::size_t kVoxelBytes = 12;
-constexpr std::size_t kBytesPerBlock = kBlockVoxels * sizeof(Voxel) + sizeof(BlockKey) + sizeof(std::uint64_t) +
-                                       sizeof(std::uint8_t) + sizeof(std::int32_t);
+// Of one map, for each block of the pool: it may use them all.
+constexpr std::size_t kOwnBytesPerBlock =
+    sizeof(BlockKey) + sizeof(std::uint64_t) + sizeof(std::uint8_t) + sizeof(std::int32_t);
 
 // At most half full, so that probing stays short.
 std::size_t slots_for(std::size_t blocks) { return std::bit_ceil(2 * blocks + 2); }
@@ -20,6 +21,12 @@ std::size_t slots_for(std::size_t blocks) { return std::bit_ceil(2 * blocks + 2)
 std::size_t most_missing(const VoxelMapConfig& config) { return config.image_pixels > 0 ? 4096 : 0; }
 std::size_t fixed_bytes(const VoxelMapConfig& config) {
   return PinholeView::bytes_for(config.image_pixels) + MissingBlocks::bytes_for(most_missing(config));
+}
+std::size_t shared_bytes(const VoxelMapConfig& config, std::size_t blocks) {
+  return fixed_bytes(config) + BlockPool::bytes_for(blocks) + blocks * sizeof(std::int32_t);
+}
+std::size_t own_bytes_for(std::size_t blocks) {
+  return blocks * kOwnBytesPerBlock + slots_for(blocks) * sizeof(std::int32_t);
 }
 
 // The voxel's content in little-endian bytes.
@@ -39,32 +46,40 @@ void put(const BlockKey& key, std::uint8_t* out) {
 
 }  // namespace
 
-std::size_t VoxelMap::capacity_of(const VoxelMapConfig& config) {
-  const std::size_t fixed = fixed_bytes(config);
-  if (config.budget_bytes <= fixed) return 0;
-  std::size_t blocks = (config.budget_bytes - fixed) / kBytesPerBlock;
-  while (blocks > 0 && fixed + blocks * kBytesPerBlock + slots_for(blocks) * sizeof(std::int32_t) > config.budget_bytes)
-    --blocks;
+std::size_t VoxelMap::capacity_of(const VoxelMapConfig& config, std::size_t maps) {
+  const auto bytes = [&](std::size_t blocks) { return shared_bytes(config, blocks) + maps * own_bytes_for(blocks); };
+  if (config.budget_bytes <= fixed_bytes(config)) return 0;
+  std::size_t blocks = (config.budget_bytes - fixed_bytes(config)) / (kBlockVoxels * sizeof(Voxel));
+  while (blocks > 0 && bytes(blocks) > config.budget_bytes) --blocks;
   return blocks;
 }
 
-VoxelMap::VoxelMap(const VoxelMapConfig& config)
-    : config_(config),
-      capacity_blocks_(capacity_of(config)),
-      view_(config.image_pixels),
-      missing_(most_missing(config)) {
-  touched_.resize(capacity_blocks_);
-  changed_.resize(capacity_blocks_);
-  keys_.reserve(capacity_blocks_);
-  seen_.reserve(capacity_blocks_);
-  voxels_.resize(capacity_blocks_ * kBlockVoxels);
-  if (config.resident) std::fill(voxels_.begin(), voxels_.end(), Voxel{});
-  slots_.assign(slots_for(capacity_blocks_), -1);
+VoxelMap::Shared::Shared(const VoxelMapConfig& config, std::size_t maps)
+    : pool(capacity_of(config, maps), config.resident), view(config.image_pixels), missing(most_missing(config)) {
+  seen.reserve(pool.capacity());
 }
+
+VoxelMap::VoxelMap(const VoxelMapConfig& config, std::size_t maps)
+    : VoxelMap(config, std::make_shared<Shared>(config, maps)) {}
+
+VoxelMap::VoxelMap(const VoxelMapConfig& config, std::shared_ptr<Shared> shared)
+    : config_(config), shared_(std::move(shared)) {
+  const std::size_t blocks = shared_->pool.capacity();
+  touched_.resize(blocks);
+  changed_.resize(blocks);
+  keys_.reserve(blocks);
+  places_.reserve(blocks);
+  slots_.assign(slots_for(blocks), -1);
+}
+
+VoxelMap VoxelMap::sibling() const { return {config_, shared_}; }
 
 void VoxelMap::clear() {
   const std::size_t used = keys_.size();
-  std::fill_n(voxels_.begin(), used * kBlockVoxels, Voxel{});
+  while (!places_.empty()) {
+    shared_->pool.give_back(places_.back());
+    places_.pop_back();
+  }
   std::fill_n(touched_.begin(), used, 0);
   std::fill_n(changed_.begin(), used, std::uint8_t{0});
   std::fill(slots_.begin(), slots_.end(), -1);
@@ -72,10 +87,9 @@ void VoxelMap::clear() {
   counters_ = {};
 }
 
-std::size_t VoxelMap::bytes() const {
-  return view_.bytes() + MissingBlocks::bytes_for(most_missing(config_)) + capacity_blocks_ * kBytesPerBlock +
-         slots_.size() * sizeof(std::int32_t);
-}
+std::size_t VoxelMap::bytes() const { return shared_bytes(config_, capacity()) + own_bytes(); }
+
+std::size_t VoxelMap::own_bytes() const { return own_bytes_for(capacity()); }
 
 std::int32_t VoxelMap::index_of(const BlockKey& key) const {
   const std::size_t mask = slots_.size() - 1;
@@ -90,7 +104,9 @@ std::int32_t VoxelMap::index_or_add(const BlockKey& key) {
   std::size_t at = hash(key) & mask;
   for (; slots_[at] >= 0; at = (at + 1) & mask)
     if (keys_[static_cast<std::size_t>(slots_[at])] == key) return slots_[at];
-  if (keys_.size() == capacity_blocks_) return -1;
+  const std::int32_t place = shared_->pool.take();
+  if (place < 0) return -1;
+  places_.push_back(place);
   slots_[at] = static_cast<std::int32_t>(keys_.size());
   keys_.push_back(key);
   return slots_[at];
@@ -98,7 +114,7 @@ std::int32_t VoxelMap::index_or_add(const BlockKey& key) {
 
 const Voxel* VoxelMap::find(const BlockKey& key) const {
   const std::int32_t block = index_of(key);
-  return block < 0 ? nullptr : &voxels_[static_cast<std::size_t>(block) * kBlockVoxels];
+  return block < 0 ? nullptr : voxels_of(static_cast<std::size_t>(block));
 }
 
 Voxel* VoxelMap::find_or_add(const BlockKey& key) {
@@ -108,8 +124,10 @@ Voxel* VoxelMap::find_or_add(const BlockKey& key) {
     return nullptr;
   }
   changed_[static_cast<std::size_t>(block)] = 1;
-  return &voxels_[static_cast<std::size_t>(block) * kBlockVoxels];
+  return voxels_of(static_cast<std::size_t>(block));
 }
+
+void VoxelMap::mark_handed_out() { std::fill_n(changed_.begin(), keys_.size(), std::uint8_t{0}); }
 
 std::vector<BlockKey> VoxelMap::take_settled(std::uint64_t min_age, std::size_t max_blocks) {
   std::vector<BlockKey> out;
@@ -133,7 +151,7 @@ std::vector<std::int32_t> VoxelMap::sorted_blocks() const {
 void VoxelMap::for_each_sorted(const std::function<void(const BlockView&)>& fn) const {
   for (const std::int32_t i : sorted_blocks()) {
     const auto block = static_cast<std::size_t>(i);
-    fn({keys_[block], std::span<const Voxel>(&voxels_[block * kBlockVoxels], kBlockVoxels)});
+    fn({keys_[block], std::span<const Voxel>(voxels_of(block), kBlockVoxels)});
   }
 }
 

@@ -52,6 +52,7 @@ std::vector<std::uint8_t> encode(const KeyframeRecord& record) {
   out.put(record.index);
   put(out, record.time);
   put(out, record.T_robot_keyframe);
+  out.put(record.anchor);
   out.put(static_cast<std::uint8_t>(record.descriptor_kind));
   out.put(static_cast<std::uint16_t>(record.features.size()));
   for (const KeyframeFeature& feature : record.features) {
@@ -72,6 +73,8 @@ Result<KeyframeRecord> decode_keyframe(std::span<const std::uint8_t> body) {
   out.index = in.get<std::uint32_t>("index");
   out.time = in.time("time");
   out.T_robot_keyframe = in.pose("T_robot_keyframe");
+  out.anchor = in.get<std::uint32_t>("anchor");
+  in.require(out.anchor <= out.index, "anchor", "a later keyframe");
   const auto kind = in.get<std::uint8_t>("descriptor_kind");
   in.require(kind == 1 || kind == 2, "descriptor_kind", "unknown");
   out.descriptor_kind = kind == 2 ? DescriptorKind::orb : DescriptorKind::surf;

@@ -1,21 +1,17 @@
 #include "mapping/team/atlas.hpp"
 
-#include <xxhash.h>
-
 #include <algorithm>
 #include <tuple>
-
-#include "hal/base/bytes.hpp"
 
 namespace onemap::mapping {
 namespace {
 
 constexpr std::int64_t kLargestRatio = 4;  // of voxel sizes; beyond it resampling would skip or smear surfaces
 
-auto place_of(const AtlasBlock& b) { return std::tie(b.robot, b.voxel_um, b.truncation_um, b.block->key); }
+auto place_of(const AtlasBlock& b) { return std::tie(b.anchor, b.voxel_um, b.truncation_um, b.block->key); }
 
 bool same_source(const AtlasBlock& a, const AtlasBlock& b) {
-  return a.robot == b.robot && a.voxel_um == b.voxel_um && a.truncation_um == b.truncation_um;
+  return a.anchor == b.anchor && a.voxel_um == b.voxel_um && a.truncation_um == b.truncation_um;
 }
 
 // No frames are fused here, and a small team's map leaves most of the budget to others.
@@ -31,7 +27,8 @@ std::vector<AtlasBlock> latest_blocks(std::span<const Atlas::Submap> submaps) {
   std::vector<AtlasBlock> out;
   for (const Atlas::Submap& submap : submaps)
     for (const SubmapBlock& block : submap.record->blocks)
-      out.push_back({submap.robot, submap.record->voxel_um, submap.record->truncation_um, submap.sequence, &block});
+      out.push_back({submap.record->anchor_keyframe, submap.record->voxel_um, submap.record->truncation_um,
+                     submap.sequence, &block});
   std::sort(out.begin(), out.end(), [](const AtlasBlock& a, const AtlasBlock& b) {
     const auto pa = place_of(a), pb = place_of(b);
     return pa != pb ? pa < pb : a.sequence > b.sequence;  // the latest first
@@ -43,56 +40,39 @@ std::vector<AtlasBlock> latest_blocks(std::span<const Atlas::Submap> submaps) {
 
 void LatestSubmaps::add_older(std::uint32_t sequence, SubmapRecord record) {
   std::erase_if(record.blocks, [&](const SubmapBlock& block) {
-    return !seen_.insert({record.voxel_um, record.truncation_um, block.key}).second;
+    return !seen_.insert({record.anchor_keyframe, record.voxel_um, record.truncation_um, block.key}).second;
   });
   if (record.blocks.empty()) return;
   record.blocks.shrink_to_fit();
   records_.push_back(std::move(record));
-  submaps_.push_back({robot_, sequence, &records_.back()});
+  submaps_.push_back({sequence, &records_.back()});
 }
 
-struct Atlas::Impl {
-  explicit Impl(const AtlasConfig& config) : map(for_atlas(config.map)) {}
-  VoxelMap map;
-  SolutionRecord solution;
-  AtlasCounters counters;
-};
+Atlas::Atlas(const AtlasConfig& config) : map_(for_atlas(config.map)) {}
 
-Atlas::Atlas(const AtlasConfig& config) : impl_(std::make_shared<Impl>(config)) {}
-
-void Atlas::begin(const SolutionRecord& solution) {
-  impl_->solution = solution;
-  impl_->counters = {};
-  impl_->map.clear();
+void Atlas::clear() {
+  map_.clear();
+  counters_ = {};
 }
 
-void Atlas::add(const RobotId& robot, std::span<const Submap> submaps) {
-  const auto& robots = impl_->solution.robots;
-  const auto at = std::find_if(robots.begin(), robots.end(), [&](const SolvedRobot& s) { return s.robot == robot; });
-  if (at == robots.end()) return;
+void Atlas::add(std::span<const PlacedAnchor> anchors, std::span<const Submap> submaps) {
   const std::vector<AtlasBlock> blocks = latest_blocks(submaps);
-  AtlasCounters& counters = impl_->counters;
-  counters.blocks += blocks.size();
-  if (!blocks.empty()) ++counters.robots;
-  const std::int64_t global_um = impl_->map.config().voxel_um();
+  counters_.blocks += blocks.size();
+  if (!blocks.empty()) ++counters_.robots;
+  const std::int64_t global_um = map_.config().voxel_um();
   for (auto first = blocks.begin(); first != blocks.end();) {
     const auto last =
         std::find_if_not(first, blocks.end(), [&](const AtlasBlock& b) { return same_source(b, *first); });
-    if (first->voxel_um > kLargestRatio * global_um || kLargestRatio * first->voxel_um < global_um)
-      counters.blocks_left_out += static_cast<std::uint64_t>(last - first);
+    const auto count = static_cast<std::uint64_t>(last - first);
+    const auto at = std::ranges::lower_bound(anchors, first->anchor, {}, &PlacedAnchor::keyframe);
+    if (at == anchors.end() || at->keyframe != first->anchor)
+      counters_.blocks_unplaced += count;
+    else if (first->voxel_um > kLargestRatio * global_um || kLargestRatio * first->voxel_um < global_um)
+      counters_.blocks_left_out += count;
     else
-      fuse_robot({first, last}, at->T_global_robot, impl_->map);
+      fuse_submap({first, last}, at->T_map_anchor, map_);
     first = last;
   }
-}
-
-const VoxelMap& Atlas::map() const { return impl_->map; }
-const AtlasCounters& Atlas::counters() const { return impl_->counters; }
-
-std::uint64_t Atlas::digest() const {
-  std::vector<std::uint8_t> bytes = encode(impl_->solution);
-  ByteWriter(bytes).put(impl_->map.digest());
-  return XXH64(bytes.data(), bytes.size(), 0);
 }
 
 }  // namespace onemap::mapping

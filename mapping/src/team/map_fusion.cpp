@@ -1,12 +1,32 @@
 #include "mapping/team/map_fusion.hpp"
 
+#include <xxhash.h>
+
 #include <algorithm>
+
+#include "hal/base/bytes.hpp"
 
 namespace onemap::mapping {
 
+namespace {
+
+// Where the robot's anchors are; of keyframes that claim one number the first counts.
+std::vector<PlacedAnchor> placed_anchors(const TeamMember& member, const QuantizedPose& T_global_robot) {
+  const Pose T = from_quantized(T_global_robot);
+  std::vector<PlacedAnchor> out;
+  for (const KeyframePlace& k : member.places)
+    if (k.index == k.anchor) out.push_back({k.index, quantize(T * from_quantized(k.T_robot_keyframe))});
+  std::ranges::stable_sort(out, {}, &PlacedAnchor::keyframe);
+  const auto again = std::ranges::unique(out, {}, &PlacedAnchor::keyframe);
+  out.erase(again.begin(), again.end());
+  return out;
+}
+
+}  // namespace
+
 void MapFusion::begin(const SolutionRecord& solution) {
   if (!atlas_) atlas_ = std::make_unique<Atlas>(config_);
-  atlas_->begin(solution);
+  atlas_->clear();
   solution_ = solution;
   next_ = 0;
   submaps_ = 0;
@@ -15,7 +35,7 @@ void MapFusion::begin(const SolutionRecord& solution) {
 }
 
 bool MapFusion::add(const TeamMember& member, const std::function<bool()>& stop) {
-  LatestSubmaps latest(next(), config_.map.budget_bytes / sizeof(SubmapBlock));
+  LatestSubmaps latest(config_.map.budget_bytes / sizeof(SubmapBlock));
   std::vector<Malformed> malformed;
   std::size_t left_out = 0;
   for (auto record = member.submaps.rbegin(); record != member.submaps.rend(); ++record) {
@@ -31,8 +51,8 @@ bool MapFusion::add(const TeamMember& member, const std::function<bool()>& stop)
     else
       malformed.push_back({(*record)->id, submap.error().text()});
   }
-  atlas_->add(next(), latest.submaps());
-  added_.push_back({member.incarnation, member.submaps.size()});
+  atlas_->add(placed_anchors(member, solution_->robots[next_].T_global_robot), latest.submaps());
+  added_.push_back({member.incarnation, member.submaps.size(), member.keyframes.size()});
   malformed_.insert(malformed_.end(), malformed.begin(), malformed.end());
   submaps_ += member.submaps.size();
   submaps_left_out_ += left_out;
@@ -51,8 +71,17 @@ bool MapFusion::outdated(const TeamLog& log) const {
 bool MapFusion::complete(const TeamLog& log) const {
   if (!done() || outdated(log)) return false;
   for (std::size_t i = 0; i < added_.size(); ++i)
-    if (log.find(solution_->robots[i].robot)->submaps.size() != added_[i].submaps) return false;
+    if (const TeamMember& member = *log.find(solution_->robots[i].robot);
+        member.submaps.size() != added_[i].submaps || member.keyframes.size() != added_[i].keyframes)
+      return false;
   return true;
+}
+
+std::uint64_t MapFusion::digest() const {
+  if (!done()) return 0;
+  std::vector<std::uint8_t> bytes = encode(*solution_);
+  ByteWriter(bytes).put(atlas_->map().digest());
+  return XXH64(bytes.data(), bytes.size(), 0);
 }
 
 }  // namespace onemap::mapping

@@ -1,4 +1,4 @@
-// Moves one robot's voxels into the global map. Positions are doubles from + - * / in an order that is written out; at
+// Moves one submap's voxels into the global map. Positions are doubles from + - * / in an order that is written out; at
 // once they become integers in 1/256 of a source voxel, and everything after that is integer arithmetic.
 #include <algorithm>
 #include <array>
@@ -19,20 +19,20 @@ constexpr int kLargestSpread = 3 * kTsdfOne / 2;
 
 std::int64_t rounded_ratio(std::int64_t a, std::int64_t b) { return a >= 0 ? (a + b / 2) / b : -((-a + b / 2) / b); }
 
-// From indices of the global map to continuous indices of the robot's voxels: s = A (g + 0.5) + b.
+// From indices of the global map to continuous indices of the submap's voxels: s = A (g + 0.5) + b.
 struct Grid {
   std::array<std::array<double, 3>, 3> A{};
   std::array<double, 3> b{};
-  Pose T_global_robot;
+  Pose T_map_anchor;
   double source_m = 0, global_m = 0;
 
   Grid(const QuantizedPose& pose, std::int32_t source_um, std::int32_t global_um)
-      : T_global_robot(from_quantized(pose)), source_m(source_um * 1e-6), global_m(global_um * 1e-6) {
+      : T_map_anchor(from_quantized(pose)), source_m(source_um * 1e-6), global_m(global_um * 1e-6) {
     const double scale = static_cast<double>(global_um) / source_um;
     for (std::size_t i = 0; i < 3; ++i) {
-      double along = 0;  // the robot's axis i over the translation, in units of 10 micrometres
+      double along = 0;  // the anchor's axis i over the translation, in units of 10 micrometres
       for (std::size_t j = 0; j < 3; ++j) {
-        const double r = T_global_robot.R(static_cast<int>(j), static_cast<int>(i));
+        const double r = T_map_anchor.R(static_cast<int>(j), static_cast<int>(i));
         A[i][j] = r * scale;
         along = along + r * pose.t_10um[j];
       }
@@ -151,11 +151,10 @@ class Resampler {
       for (std::size_t i = 0; i < 3; ++i)
         p[i] = (static_cast<double>(((c >> i) & 1) != 0 ? to_[i] : from_[i]) + 0.5) * grid_.source_m;
       for (std::size_t i = 0; i < 3; ++i) {
-        const auto& R = grid_.T_global_robot.R;
+        const auto& R = grid_.T_map_anchor.R;
         const int row = static_cast<int>(i);
         const double g =
-            (R(row, 0) * p[0] + R(row, 1) * p[1] + R(row, 2) * p[2] + grid_.T_global_robot.t[row]) / grid_.global_m -
-            0.5;
+            (R(row, 0) * p[0] + R(row, 1) * p[1] + R(row, 2) * p[2] + grid_.T_map_anchor.t[row]) / grid_.global_m - 0.5;
         least[i] = std::min(least[i], g);
         most[i] = std::max(most[i], g);
       }
@@ -254,9 +253,9 @@ class Resampler {
 
 }  // namespace
 
-void fuse_robot(std::span<const AtlasBlock> blocks, const QuantizedPose& T_global_robot, VoxelMap& map) {
+void fuse_submap(std::span<const AtlasBlock> blocks, const QuantizedPose& T_map_anchor, VoxelMap& map) {
   if (blocks.empty()) return;
-  const Grid grid(T_global_robot, blocks.front().voxel_um, map.config().voxel_um());
+  const Grid grid(T_map_anchor, blocks.front().voxel_um, map.config().voxel_um());
   Resampler resampler(grid, blocks.front().truncation_um, map);
   Patch patch;
   for (const AtlasBlock& block : blocks) {

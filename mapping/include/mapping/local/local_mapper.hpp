@@ -1,12 +1,15 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 
 #include "hal/frame.hpp"
 #include "mapping/local/mapper_config.hpp"
 #include "mapping/local/match_picture.hpp"
 #include "mapping/local/step.hpp"
+#include "mapping/local/submap_anchor.hpp"
+#include "mapping/local/surface_counters.hpp"
 #include "mapping/local/track_reason.hpp"
 #include "mapping/local/voxel_map.hpp"
 #include "mapping/records/keyframe.hpp"
@@ -31,8 +34,8 @@ struct LocalMapperCounters {
   std::uint64_t keyframes = 0;          // ever made; those of the optimisation window are not handed out yet
   std::uint64_t keyframes_evicted = 0;  // of these, to make room; so keyframes - keyframes_evicted are in the map
   std::uint64_t keyframes_untaken = 0;  // of these, before anybody took them
-  std::uint64_t blocks_refused = 0;     // missed for want of room in the voxel map, each once a frame
-  std::uint64_t frames_short = 0;       // frames that missed blocks
+  SurfaceCounters surface;
+  std::size_t blocks = 0;  // of the pool that open submaps share, now in use
   std::array<std::uint64_t, static_cast<std::size_t>(TrackReason::count)> refused{};  // by reason
 
   std::uint64_t keyframes_in_map() const { return keyframes - keyframes_evicted; }
@@ -61,11 +64,13 @@ class LocalMapper {
   bool take_keyframe(KeyframeRecord& out);
   bool take_poses(TrajectoryRecord& out);
   static void reserve_record(KeyframeRecord& out, const LocalMapperConfig& config);
-  // Blocks of the map that have settled, at most 256 a record; false when there is none (yet). A block goes out again
-  // when it changed again: the later version replaces the earlier one. Allocates.
+  // Blocks of one submap that have settled, at most 256 a record; false when there is none (yet). A block goes out
+  // again when it changed again: the later version replaces the earlier one. What the camera has left makes room for
+  // new submaps once it was taken. Allocates.
   bool take_submap(SubmapRecord& out);
 
-  const VoxelMap& map() const;
+  // Every submap that is known here: the open ones and those on the shelf. Not for the frame path.
+  void for_each_submap(const std::function<void(const SubmapAnchor&, const VoxelMap&)>& fn) const;
   LocalMapperCounters counters() const;
   std::size_t bytes() const;  // memory taken, map included
 

@@ -19,7 +19,8 @@ struct LocalMapperConfig {
   double keyframe_rotation_deg = 8.0;
   double min_motion_m = 0.03;  // the paper: frames whose motion is under a threshold are not added to the map
   double min_motion_deg = 2.0;
-  VoxelMapConfig map;  // its image_pixels are the camera's, whatever they say
+  VoxelMapConfig map;  // of the open submaps together; its image_pixels are the camera's, whatever they say
+  std::size_t shelf_bytes = 16u << 20;  // submaps that the camera has left, to be opened again when it comes back
   std::uint64_t seed = 1;
 };
 

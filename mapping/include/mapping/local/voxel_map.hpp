@@ -1,71 +1,20 @@
 #pragma once
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "hal/frame.hpp"
 #include "mapping/geometry.hpp"
-#include "mapping/local/block_key.hpp"
+#include "mapping/local/block_pool.hpp"
 #include "mapping/local/missing_blocks.hpp"
 #include "mapping/local/pinhole_view.hpp"
 #include "mapping/local/ray_table.hpp"
-#include "mapping/local/zeroed_allocator.hpp"
+#include "mapping/local/voxel.hpp"
 
 namespace onemap::mapping {
-
-// Integer accumulators: sums of observations, so adding is exact and commutes as long as no sum saturates. The
-// truncated signed distance of an observation is an integer -kTsdfOne..kTsdfOne (kTsdfOne = truncation distance in
-// front of the surface). 12 bytes; weight 0 means never seen.
-inline constexpr std::int32_t kTsdfOne = 1000;
-struct Voxel {
-  static constexpr int kMaxWeight = 8388;      // kMaxWeight * kTsdfOne fits tsdf_sum
-  static constexpr int kMaxColorWeight = 255;  // 255 * 255 fits rgb_sum
-
-  std::int32_t tsdf_sum : 24 = 0;  // sum of weight * tsdf
-  std::uint32_t color_weight : 8 = 0;
-  std::uint16_t weight = 0;                // sum of weights
-  std::array<std::uint16_t, 3> rgb_sum{};  // sum of colour over color_weight
-
-  // |value| <= kTsdfOne, 1 <= w <= kMaxWeight / 2. At saturation what was seen is halved first, sum and weight
-  // together.
-  void add_tsdf(int value, int w) {
-    while (weight + w > kMaxWeight) {
-      tsdf_sum = tsdf_sum / 2;
-      weight = static_cast<std::uint16_t>((weight + 1) / 2);  // rounded up: the mean never leaves its range
-    }
-    tsdf_sum = tsdf_sum + w * value;
-    weight = static_cast<std::uint16_t>(weight + w);
-  }
-  // One observed colour (weight 1).
-  void add_color(int r, int g, int b) {
-    if (color_weight == kMaxColorWeight) {
-      for (auto& sum : rgb_sum) sum = static_cast<std::uint16_t>(sum / 2);
-      color_weight = (kMaxColorWeight + 1) / 2;
-    }
-    rgb_sum[0] = static_cast<std::uint16_t>(rgb_sum[0] + r);
-    rgb_sum[1] = static_cast<std::uint16_t>(rgb_sum[1] + g);
-    rgb_sum[2] = static_cast<std::uint16_t>(rgb_sum[2] + b);
-    color_weight = (color_weight + 1u) & 0xFFu;
-  }
-  // Mean distance in units of the truncation / kTsdfOne, rounded to nearest; needs weight > 0.
-  int tsdf() const {
-    const int half = weight / 2;
-    return tsdf_sum >= 0 ? (tsdf_sum + half) / weight : -((-tsdf_sum + half) / weight);
-  }
-  // Mean colour, rounded to nearest; black when none was seen.
-  Rgb color() const {
-    Rgb out{};
-    if (color_weight == 0) return out;
-    for (std::size_t i = 0; i < 3; ++i)
-      out[i] = static_cast<std::uint8_t>((rgb_sum[i] + color_weight / 2) / color_weight);
-    return out;
-  }
-  bool operator==(const Voxel&) const = default;
-};
-static_assert(sizeof(Voxel) == 12);
 
 struct VoxelMapConfig {
   float voxel_m = 0.02f;
@@ -98,13 +47,18 @@ struct BlockView {
   std::span<const Voxel> voxels;  // kBlockVoxels, x fastest, then y, then z
 };
 
-// A sparse truncated signed distance field with colour in a fixed pool of 8x8x8 blocks behind an open-addressing hash.
+// A sparse truncated signed distance field with colour: 8x8x8 blocks of a fixed pool behind an open-addressing hash.
 // Owned by one thread. No allocation after the constructor. Iteration order (sorted by key) and content are
-// deterministic.
+// deterministic. Several maps of one thread may share a pool (and what fusing images needs): sibling().
 class VoxelMap {
  public:
-  explicit VoxelMap(const VoxelMapConfig& config);
-  static std::size_t capacity_of(const VoxelMapConfig& config);  // blocks that the budget holds
+  // A map with a pool of its own. `maps`: so many will share it, itself included; they keep the budget together.
+  explicit VoxelMap(const VoxelMapConfig& config, std::size_t maps = 1);
+  VoxelMap(VoxelMap&&) = default;
+  VoxelMap& operator=(VoxelMap&&) = default;
+  VoxelMap sibling() const;  // an empty map in the same pool
+  // Blocks that the budget holds.
+  static std::size_t capacity_of(const VoxelMapConfig& config, std::size_t maps = 1);
 
   // Fuses one frame seen from T_map_camera; rays are those of the frame's intrinsics. Colour from the frame's rgb (none
   // when empty). Points already in the map refine it and add nothing (the paper: points already observed are
@@ -116,12 +70,15 @@ class VoxelMap {
   const Voxel* find(const BlockKey& key) const;
   // Finds or allocates; nullptr when the pool is full (counted).
   Voxel* find_or_add(const BlockKey& key);
+  void mark_handed_out();  // as it is now: what take_settled() will give changed later
 
-  void clear();  // empty again; keeps the memory
+  void clear();  // empty again; its blocks are the pool's
 
-  std::size_t capacity() const { return capacity_blocks_; }  // blocks
-  std::size_t used() const { return keys_.size(); }          // blocks
-  std::size_t bytes() const;
+  std::size_t capacity() const { return shared_->pool.capacity(); }  // blocks, of the pool
+  std::size_t room() const { return shared_->pool.free(); }          // of these, that nobody uses
+  std::size_t used() const { return keys_.size(); }                  // blocks, by this map
+  std::size_t bytes() const;                                         // with the pool
+  std::size_t own_bytes() const;                                     // without what siblings share
   const VoxelMapCounters& counters() const { return counters_; }
   const VoxelMapConfig& config() const { return config_; }
 
@@ -130,6 +87,11 @@ class VoxelMap {
   // mapping.
   std::vector<BlockKey> take_settled(std::uint64_t min_age, std::size_t max_blocks);
 
+  // All blocks, in order of arrival: fn(BlockView).
+  template <class Fn>
+  void for_each(Fn&& fn) const {
+    for (std::size_t i = 0; i < keys_.size(); ++i) fn(BlockView{keys_[i], {voxels_of(i), kBlockVoxels}});
+  }
   // All blocks, sorted by key (x, then y, then z): fn(BlockView). Allocates a sorted index (not for the frame path).
   void for_each_sorted(const std::function<void(const BlockView&)>& fn) const;
   // XXH64 of all blocks in key order, little-endian: equal content gives equal digests on every machine.
@@ -145,17 +107,27 @@ class VoxelMap {
   bool fuse_block(const Viewpoint& from, std::size_t block, std::span<const std::uint8_t> rgb);
   std::vector<std::int32_t> sorted_blocks() const;
 
+  Voxel* voxels_of(std::size_t block) { return shared_->pool.voxels(places_[block]); }
+  const Voxel* voxels_of(std::size_t block) const { return shared_->pool.voxels(places_[block]); }
+
+  // What sibling maps have in common.
+  struct Shared {
+    Shared(const VoxelMapConfig& config, std::size_t maps);
+    BlockPool pool;
+    PinholeView view;
+    MissingBlocks missing;
+    std::vector<std::int32_t> seen;  // blocks touched by the frame being fused
+  };
+  VoxelMap(const VoxelMapConfig& config, std::shared_ptr<Shared> shared);
+
   VoxelMapConfig config_;
-  std::size_t capacity_blocks_ = 0;
+  std::shared_ptr<Shared> shared_;
   VoxelMapCounters counters_;
-  PinholeView view_;
-  MissingBlocks missing_;
-  std::vector<std::uint64_t> touched_;                 // per block: number of the integration that last touched it
-  std::vector<std::uint8_t> changed_;                  // per block: 1 = not handed out since its last change
-  std::vector<BlockKey> keys_;                         // key of each used block, in order of arrival
-  std::vector<std::int32_t> seen_;                     // blocks touched by the frame being fused
-  std::vector<Voxel, ZeroedAllocator<Voxel>> voxels_;  // pool: capacity * kBlockVoxels
-  std::vector<std::int32_t> slots_;                    // hash table -> block index, -1 empty; size a power of two
+  std::vector<std::uint64_t> touched_;  // per block: number of the integration that last touched it
+  std::vector<std::uint8_t> changed_;   // per block: 1 = not handed out since its last change
+  std::vector<BlockKey> keys_;          // key of each used block, in order of arrival
+  std::vector<std::int32_t> places_;    // of each used block, in the pool
+  std::vector<std::int32_t> slots_;     // hash table -> block index, -1 empty; size a power of two
 };
 
 }  // namespace onemap::mapping

@@ -30,6 +30,7 @@ struct KeyframeRecord {     // lane features
   std::uint32_t index = 0;  // the robot's own count, from 0
   FrameTime time{};
   QuantizedPose T_robot_keyframe;
+  std::uint32_t anchor = 0;  // the keyframe, itself or an earlier one, whose submap what was seen around here is in
   DescriptorKind descriptor_kind = DescriptorKind::surf;
   std::vector<KeyframeFeature> features;  // at most 1000
   DepthGrid grid;

@@ -19,8 +19,8 @@ struct SubmapBlock {
   BlockKey key;
   std::array<SubmapVoxel, kBlockVoxels> voxels{};
 };
-struct SubmapRecord {                 // lane voxels; blocks sorted by key, no key twice within one submap
-  std::uint32_t anchor_keyframe = 0;  // the keyframe whose pose the submap follows (0: the robot's own frame)
+struct SubmapRecord {                 // lane voxels; blocks sorted by key, no key twice within one record
+  std::uint32_t anchor_keyframe = 0;  // in whose frame the blocks lie; later records of it replace its earlier blocks
   std::int32_t voxel_um = 0;          // micrometres; 1 mm to 1 m
   std::int32_t truncation_um = 0;     // 1 to 100 voxels
   std::vector<SubmapBlock> blocks;    // at most 512; coordinates below 2^20

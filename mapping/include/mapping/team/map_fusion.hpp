@@ -26,13 +26,14 @@ class MapFusion {
   bool add(const TeamMember& member, const std::function<bool()>& stop);
 
   bool outdated(const TeamLog& log) const;  // a robot that is in began a new life
-  bool complete(const TeamLog& log) const;  // of all robots that are in, all submaps that are here went in
+  bool complete(const TeamLog& log) const;  // of all robots that are in, all submaps and anchors that are here went in
 
   const std::optional<SolutionRecord>& solution() const { return solution_; }  // underway or done
   std::size_t submaps() const { return submaps_; }                             // records that went in
   std::size_t submaps_left_out() const { return submaps_left_out_; }           // beyond what may be decoded
   const VoxelMap* map() const { return done() ? &atlas_->map() : nullptr; }
-  std::uint64_t digest() const { return done() ? atlas_->digest() : 0; }
+  std::uint64_t digest() const;  // of the map and the solution
+  std::uint64_t blocks_unplaced() const { return atlas_ ? atlas_->counters().blocks_unplaced : 0; }  // no known anchor
 
   // Records whose content turned out to be malformed; each is told whenever it was to be fused.
   struct Malformed {
@@ -44,7 +45,7 @@ class MapFusion {
  private:
   struct Added {
     std::uint64_t incarnation = 0;
-    std::size_t submaps = 0;
+    std::size_t submaps = 0, keyframes = 0;
   };
   const AtlasConfig config_;
   std::unique_ptr<Atlas> atlas_;  // made for the first solution

@@ -16,6 +16,13 @@ namespace onemap::mapping {
 
 using RecordPtr = std::shared_ptr<const Record>;
 
+// Where a keyframe is, and the keyframe whose submap its surface is in.
+struct KeyframePlace {
+  std::uint32_t index = 0, anchor = 0;  // the robot's own count
+  FrameTime time{};
+  QuantizedPose T_robot_keyframe;
+};
+
 // One robot of the team by its records of one life. What is large stays encoded, in the bodies that the store holds
 // anyway: a robot costs here a pointer a record and a pose a keyframe, whatever its records would decode to.
 struct TeamMember {
@@ -30,10 +37,10 @@ struct TeamMember {
   std::size_t poses = 0;                                   // in them
   std::size_t keyframes_refused = 0, submaps_refused = 0;  // they count for completeness, and nothing else
   bool poses_refused = false;                              // some are missing for good
-  std::vector<QuantizedPose> keyframe_poses;
-  std::optional<SolutionRecord> solution;  // the last one that it published
-  std::map<RobotId, LinkRecord> links;     // the last one that it published of each pair, by the other robot
-  Instant heard{};                         // when its last record came
+  std::vector<KeyframePlace> places;                       // of these keyframes
+  std::optional<SolutionRecord> solution;                  // the last one that it published
+  std::map<RobotId, LinkRecord> links;  // the last one that it published of each pair, by the other robot
+  Instant heard{};                      // when its last record came
 
   // Takes a record of this robot. The error says what is malformed; then nothing but the counts above changed.
   Status apply(const RecordPtr& record);

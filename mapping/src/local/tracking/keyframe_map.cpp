@@ -123,6 +123,7 @@ std::optional<std::size_t> KeyframeMap::add(const hal::FrameView& frame, const P
   k.index = static_cast<std::uint32_t>(made_++);
   k.time = frame.colour_time;
   k.T_camera_robot = T_camera_robot;
+  k.anchor = {k.index, T_camera_robot};  // until it is hung on another one
   copy_features(features, k.features);
   cloud_.see(frame.depth, k);
   link_landmarks(k);
@@ -134,6 +135,36 @@ std::optional<std::size_t> KeyframeMap::add(const hal::FrameView& frame, const P
   gather_near();
   frames_since_keyframe_ = 0;
   return sealed;
+}
+
+std::span<const SubmapAnchor> KeyframeMap::near_anchors() {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < near_keyframe_count_; ++i) {
+    const SubmapAnchor& anchor = map_.keyframe(near_keyframes_[i]).anchor;
+    const auto known = std::span(anchors_).first(count);
+    if (near_keyframes_[i] == reference_ ||
+        std::ranges::any_of(known, [&](const SubmapAnchor& a) { return a.keyframe == anchor.keyframe; }))
+      continue;
+    anchors_[count++] = anchor;
+  }
+  return std::span(anchors_).first(count);
+}
+
+void KeyframeMap::hang_reference(const std::optional<SubmapAnchor>& anchor) {
+  MapKeyframe& keyframe = map_.keyframe(reference_);
+  keyframe.anchor = anchor.value_or(SubmapAnchor{keyframe.index, keyframe.T_camera_robot});
+}
+
+std::span<const SubmapAnchor> KeyframeMap::moved_anchors() {
+  std::size_t count = 0;
+  for (const std::size_t slot : window())
+    if (const MapKeyframe& k = map_.keyframe(slot); k.anchor.keyframe == k.index)
+      anchors_[count++] = {k.index, k.T_camera_robot};
+  const auto moved = std::span(anchors_).first(count);
+  for (std::size_t slot = 0; count > 0 && slot < map_.keyframe_capacity(); ++slot)
+    for (const SubmapAnchor& anchor : moved)
+      if (MapKeyframe& k = map_.keyframe(slot); k.used && k.anchor.keyframe == anchor.keyframe) k.anchor = anchor;
+  return moved;
 }
 
 std::optional<std::size_t> KeyframeMap::seal_oldest() {

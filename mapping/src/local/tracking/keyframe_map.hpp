@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -48,6 +49,11 @@ class KeyframeMap {
   // reference has its pose and the features know their landmarks. The slot of the keyframe that left the window.
   std::optional<std::size_t> add(const hal::FrameView& frame, const Pose& T_camera_robot, FeatureFrame& features);
   std::optional<std::size_t> seal_oldest();  // of the window; none when it is empty
+  // The anchors of the reference and of the keyframes around it, each once. Valid until the next add().
+  std::span<const SubmapAnchor> near_anchors();
+  void hang_reference(const std::optional<SubmapAnchor>& anchor);  // on that one; none: it is an anchor itself
+  // The anchors among the keyframes of the window, which have moved with it. Valid until the next call.
+  std::span<const SubmapAnchor> moved_anchors();
   // The sealed keyframe that waits longest, once; nullptr when none waits.
   const MapKeyframe* take_sealed() { return map_.take_sealed(); }
 
@@ -75,6 +81,7 @@ class KeyframeMap {
   std::array<std::size_t, kNearKeyframes> near_keyframes_{};
   std::size_t near_keyframe_count_ = 0;
   std::vector<std::int32_t> near_landmarks_;
+  std::array<SubmapAnchor, std::max(kNearKeyframes, kWindow)> anchors_;  // answers
 };
 
 }  // namespace onemap::mapping

@@ -43,6 +43,7 @@ void fill_record(const MapKeyframe& keyframe, KeyframeRecord& out) {
   out.index = keyframe.index;
   out.time = keyframe.time;
   out.T_robot_keyframe = quantize(keyframe.T_camera_robot.inverse());
+  out.anchor = keyframe.anchor.keyframe;
   out.descriptor_kind = keyframe.features.set.kind;
   out.features.clear();
   const FeatureFrame& f = keyframe.features;

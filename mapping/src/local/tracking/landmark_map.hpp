@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "feature_frame.hpp"
+#include "mapping/local/submap_anchor.hpp"
 
 namespace onemap::mapping {
 
@@ -25,6 +26,7 @@ struct MapKeyframe {
   std::uint32_t index = 0;  // the robot's count
   FrameTime time{};
   Pose T_camera_robot;
+  SubmapAnchor anchor;  // the keyframe, itself or an earlier one, into whose submap frames near it are fused
   FeatureFrame features;
   std::vector<std::uint16_t> grid_depth;  // kGridWidth x kGridHeight, units of kPointUnit_m, 0 = none
   double grid_fx = 0, grid_fy = 0, grid_cx = 0, grid_cy = 0;
