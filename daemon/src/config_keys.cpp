@@ -158,8 +158,21 @@ ConfigValue get_features(const Config& config) {
   return config.mapper.features == mapping::DescriptorKind::orb ? "orb" : "surf";
 }
 
+Status set_find_pairs(const ConfigValue& value, Config& config) {
+  const auto* word = std::get_if<std::string>(&value);
+  if (!word || (*word != "index" && *word != "all-pairs"))
+    return Error{"", fmt::format("{} is neither index nor all-pairs", toml_text(value))};
+  config.find_pairs = *word == "index" ? mapping::FindPairs::by_index : mapping::FindPairs::all_pairs;
+  return success();
+}
+
+ConfigValue get_find_pairs(const Config& config) {
+  return config.find_pairs == mapping::FindPairs::by_index ? "index" : "all-pairs";
+}
+
 constexpr Range<double> kSeconds{0, 1e6};
 constexpr Range<std::size_t> kBudget = Limits::budget_bytes;
+constexpr Range<std::size_t> kPlacesBudget{std::size_t{4} << 20, std::size_t{4} << 30};
 constexpr Range<float> kTruncation{2 * Limits::voxel_m.least, Limits::truncation_voxels.most* Limits::voxel_m.most};
 
 void add_robot(std::vector<ConfigKey>& keys) {
@@ -208,6 +221,10 @@ void add_run(std::vector<ConfigKey>& keys) {
   keys.push_back(number(
       {"run", "merge_while_mapping_s", "seconds between merges while robots map; 0: only at the end"}, kSeconds,
       [](auto& c) -> auto& { return c.merge_while_mapping_s; }));
+  keys.push_back(
+      {"run", "find_pairs",
+       "how keyframes of two robots that may show one place are found: by an index, or by matching all pairs",
+       "\"index\" or \"all-pairs\"", set_find_pairs, get_find_pairs});
   keys.push_back(number<int>(
       {"run", "matches_picture", "write a picture of the feature matches every so many frames; 0: none"},
       {0, 1'000'000}, [](auto& c) -> auto& { return c.matches_picture; }));
@@ -254,6 +271,9 @@ void add_map(std::vector<ConfigKey>& keys) {
   keys.push_back(megabytes(
       {"map", "budget_mb", "MB for the own map; full: new blocks are refused and counted"}, kBudget,
       [](auto& c) -> auto& { return c.mapper.map.budget_bytes; }));
+  keys.push_back(megabytes(
+      {"map", "places_budget_mb", "MB for the index of own keyframes; full: new ones are refused and counted"},
+      kPlacesBudget, [](auto& c) -> auto& { return c.places_budget_bytes; }));
   keys.push_back(megabytes(
       {"map", "global_budget_mb", "MB for the team's map; full: blocks are refused and counted"}, kBudget,
       [](auto& c) -> auto& { return c.global_budget_bytes; }));

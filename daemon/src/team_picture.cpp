@@ -25,8 +25,7 @@ render::TeamPicture team_picture(const mapping::TeamMap& team) {
   const auto colors = render::robot_colors(names);
   const auto solution = team.solution();
   for (std::size_t i = 0; i < ids.size(); ++i)
-    picture.robots.push_back(
-        {names[i], colors[i], team.members().at(ids[i]).places.size(), in_map(solution, ids[i])});
+    picture.robots.push_back({names[i], colors[i], team.members().at(ids[i]).places.size(), in_map(solution, ids[i])});
   const auto number = [&](const RobotId& id) {
     return static_cast<std::size_t>(std::ranges::find(ids, id) - ids.begin());
   };

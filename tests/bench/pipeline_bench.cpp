@@ -184,7 +184,8 @@ class Bench {
     line("frame", frame_ms_);
     const mapping::LocalMapperCounters c = mapper_.counters();
     std::printf(
-        "frames %llu tracked %llu keyframes %llu times lost %llu relocalized %llu integrated %llu blocks %zu submaps %zu\n",
+        "frames %llu tracked %llu keyframes %llu times lost %llu relocalized %llu integrated %llu blocks %zu submaps "
+        "%zu\n",
         number(c.frames), number(c.tracked), number(c.keyframes), number(c.times_lost), number(c.relocalized),
         number(c.integrated), c.blocks, static_cast<std::size_t>(c.surface.submaps));
     std::printf("allocations on the frame path %llu, mapper %.1f MB, peak RSS %.1f MB, digest %016llx\n",

@@ -21,7 +21,7 @@ FeatureSet random_features(std::size_t count, std::uint32_t seed, int amplitude,
                                                         : std::int8_t{-1};
     out.keypoints.push_back(k);
     auto& v = out.descriptors.emplace_back().v;
-    for (std::uint32_t c = 0; c < (kind == DescriptorKind::orb ? 32U : 64U); ++c)
+    for (std::uint32_t c = 0; c < (is_binary(kind) ? 32U : 64U); ++c)
       v[c] = static_cast<std::int8_t>(
           static_cast<int>(test::hash(i, c, seed) % static_cast<std::uint32_t>(2 * amplitude + 1)) - amplitude);
   }
@@ -37,7 +37,7 @@ std::vector<Match> slow_matches(const FeatureSet& a, const FeatureSet& b, const 
       long d = 0;
       for (std::size_t c = 0; c < 64; ++c) {
         const int x = from.descriptors[i].v[c], y = to.descriptors[j].v[c];
-        if (a.kind == DescriptorKind::orb)
+        if (is_binary(a.kind))
           for (int bit = 0; bit < 8; ++bit) d += ((x ^ y) >> bit) & 1;
         else
           d += (x - y) * (x - y);
@@ -51,7 +51,7 @@ std::vector<Match> slow_matches(const FeatureSet& a, const FeatureSet& b, const 
   for (std::size_t i = 0; i < a.size(); ++i) {
     const auto near = ranked(a, b, i);
     if (near.empty()) continue;
-    const double power = a.kind == DescriptorKind::orb ? 1 : 2;
+    const double power = is_binary(a.kind) ? 1 : 2;
     if (config.max_ratio < 1 && near.size() > 1 &&
         static_cast<double>(near[0].first) >
             std::pow(static_cast<double>(config.max_ratio), power) * static_cast<double>(near[1].first))
@@ -74,7 +74,7 @@ void expect_equal_to_slow(const FeatureSet& a, const FeatureSet& b, MatchConfig 
 }
 
 TEST(Match, EqualsTheSlowDefinition) {
-  for (const auto kind : {DescriptorKind::surf, DescriptorKind::orb})
+  for (const auto kind : {DescriptorKind::surf, DescriptorKind::orb, DescriptorKind::surf_bits})
     for (const int amplitude : {1, 30, 127})
       for (const auto& [na, nb] : {std::pair{100, 90}, {1, 1}, {7, 17}, {64, 8}, {3, 0}, {0, 3}, {200, 1}}) {
         const FeatureSet a = random_features(static_cast<std::size_t>(na), 1, amplitude, kind);

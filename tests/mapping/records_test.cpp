@@ -35,22 +35,21 @@ KeyframeRecord random_keyframe(Random& random) {
   out.time = frame_time_from_ns(static_cast<std::int64_t>(random.next() >> 2));
   out.T_robot_keyframe = random_pose(random);
   const bool orb = random.integer(0, 1) == 1;
-  out.descriptor_kind = orb ? DescriptorKind::orb : DescriptorKind::surf;
+  out.descriptor_kind = orb ? DescriptorKind::orb : DescriptorKind::surf_bits;
   out.features.resize(static_cast<std::size_t>(random.integer(0, 20)));
   for (auto& f : out.features) {
-    f.point = {static_cast<std::int16_t>(random.integer(-32768, 32767)),
-               static_cast<std::int16_t>(random.integer(-32768, 32767)),
-               static_cast<std::int16_t>(random.integer(1, 32767))};
-    f.laplacian = static_cast<std::int8_t>(orb ? 0 : random.integer(-1, 1));
-    for (std::size_t i = 0; i < (orb ? 32u : 64u); ++i)
-      f.descriptor.v[i] = static_cast<std::int8_t>(random.integer(-128, 127));
+    const auto part = [&](int least) { return static_cast<std::uint16_t>(random.integer(least, FeaturePlace::kMost)); };
+    f.place = {part(0), part(0), part(1)};
+    f.laplacian = static_cast<std::int8_t>(orb ? 0 : 2 * random.integer(0, 1) - 1);
+    for (auto& word : f.bits) word = random.next();
   }
+  out.grid.fx_fy_cx_cy = {1 << 17, 1 << 17, -5, 7};
   if (random.integer(0, 3) > 0) {
     out.grid.width = static_cast<std::uint16_t>(random.integer(1, 12));
     out.grid.height = static_cast<std::uint16_t>(random.integer(1, 9));
-    out.grid.fx_fy_cx_cy = {1 << 17, 1 << 17, -5, 7};
     for (int i = 0; i < out.grid.width * out.grid.height; ++i)
-      out.grid.depth.push_back(static_cast<std::uint16_t>(random.next()));
+      out.grid.inverse_depth.push_back(static_cast<std::uint16_t>(
+          random.integer(0, 3) == 0 ? 0 : random.integer(DepthGrid::kFarthest, DepthGrid::kNearest)));
   }
   return out;
 }
@@ -175,7 +174,8 @@ TEST_P(RecordCodec, RefusesEveryTruncationAndWhatFollows) {
 TEST_P(RecordCodec, NeverAcceptsWhatIsNotCanonical) {
   Random random(13);
   std::string reason;
-  const bool compressed = std::string_view(GetParam().kind) == "submap";
+  const bool compressed =
+      std::string_view(GetParam().kind) == "submap" || std::string_view(GetParam().kind) == "keyframe";
   for (int i = 0; i < 4000; ++i) {
     Bytes body = GetParam().sample(random);
     for (auto flips = random.integer(1, 4); flips > 0; --flips)
@@ -213,10 +213,11 @@ TEST(Records, DecodeGivesEveryFieldBack) {
   EXPECT_EQ(k->T_robot_keyframe, keyframe.T_robot_keyframe);
   ASSERT_EQ(k->features.size(), keyframe.features.size());
   for (std::size_t i = 0; i < k->features.size(); ++i) {
-    EXPECT_EQ(k->features[i].point, keyframe.features[i].point);
-    EXPECT_EQ(k->features[i].descriptor, keyframe.features[i].descriptor);
+    EXPECT_EQ(k->features[i].place, keyframe.features[i].place);
+    EXPECT_EQ(k->features[i].laplacian, keyframe.features[i].laplacian);
+    EXPECT_EQ(k->features[i].bits, keyframe.features[i].bits);
   }
-  EXPECT_EQ(k->grid.depth, keyframe.grid.depth);
+  EXPECT_EQ(k->grid.inverse_depth, keyframe.grid.inverse_depth);
 
   SubmapRecord submap;
   while (submap.blocks.size() < 3) submap = random_submap(random);

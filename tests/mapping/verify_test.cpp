@@ -16,7 +16,7 @@ struct Explorer {
   Pose T_world_first;
 };
 
-Explorer explore(const std::string& address_text) {
+Explorer explore(const std::string& address_text, DescriptorKind features = DescriptorKind::surf) {
   Explorer out;
   const auto address = hal::parse_camera_address(address_text);
   auto camera = std::move(hal::open_simulated(*address).value());
@@ -27,6 +27,7 @@ Explorer explore(const std::string& address_text) {
   hal::FramePool pool(camera->intrinsics(), 2);
   LocalMapperConfig config;
   config.max_keyframes = 60;
+  config.features = features;
   config.map.budget_bytes = 8u << 20;
   LocalMapper mapper(config, camera->intrinsics());
   for (;;) {
@@ -50,12 +51,38 @@ const RobotId kA = RobotId::from_name("a"), kB = RobotId::from_name("b");
 TEST(VerifyRobots, TwoRobotsInOneRoomAreRelatedAsTheyAre) {
   const Explorer a = explore("simulated:living-room?robot=1&frames=100"),
                  b = explore("simulated:living-room?robot=2&frames=100");
+  for (const FindPairs mode : {FindPairs::by_index, FindPairs::all_pairs}) {
+    VerifyConfig config;
+    config.find_pairs = mode;
+    const LinkRecord link = verify_robots(kA, a.keyframes, kB, b.keyframes, config);
+    ASSERT_EQ(link.reason, LinkReason::accepted);
+    EXPECT_GE(link.supporting_pairs, 2u);
+    const Pose truth = a.T_world_first.inverse() * b.T_world_first, off = truth.inverse() * from_quantized(link.T_a_b);
+    EXPECT_LT(off.t.norm(), 0.04);
+    EXPECT_LT(test::rotation_angle(off.R), 0.02);
+  }
+}
+
+TEST(VerifyRobots, OrbLinksThemToo) {
+  const std::string living_room = "simulated:living-room?frames=100&robot=";
+  const Explorer a = explore(living_room + "1", DescriptorKind::orb),
+                 b = explore(living_room + "2", DescriptorKind::orb);
+  ASSERT_EQ(a.keyframes[0].descriptor_kind, DescriptorKind::orb);
   const LinkRecord link = verify_robots(kA, a.keyframes, kB, b.keyframes, {});
   ASSERT_EQ(link.reason, LinkReason::accepted);
-  EXPECT_GE(link.supporting_pairs, 2u);
   const Pose truth = a.T_world_first.inverse() * b.T_world_first, off = truth.inverse() * from_quantized(link.T_a_b);
-  EXPECT_LT(off.t.norm(), 0.04);
-  EXPECT_LT(test::rotation_angle(off.R), 0.02);
+  EXPECT_LT(off.t.norm(), 0.06);
+}
+
+// Each robot chooses its kind of features; unlike kinds cannot be compared, and nothing else breaks.
+TEST(VerifyRobots, UnlikeKindsOfFeaturesAreNoLink) {
+  const std::string room = "simulated:living-room?frames=20&robot=1";
+  const Explorer a = explore(room), b = explore(room, DescriptorKind::orb);
+  for (const FindPairs mode : {FindPairs::by_index, FindPairs::all_pairs}) {
+    VerifyConfig config;
+    config.find_pairs = mode;
+    EXPECT_EQ(verify_robots(kA, a.keyframes, kB, b.keyframes, config).reason, LinkReason::too_few_matches);
+  }
 }
 
 TEST(VerifyRobots, RobotsInDifferentPlacesAreRefusedWithAReason) {
@@ -75,8 +102,8 @@ TEST(VerifyRobots, LookAlikeDoorsOfDifferentCorridorsAreRefused) {
 TEST(VerifyClouds, ConflictWithSpaceSeenFreeIsRefused) {
   const Explorer a = explore("simulated:living-room?robot=1&frames=5");
   KeyframeRecord nearer = a.keyframes[0];
-  for (std::size_t i = 0; i < nearer.grid.depth.size(); i += 2)
-    nearer.grid.depth[i] = static_cast<std::uint16_t>(nearer.grid.depth[i] / 2);
+  for (std::size_t i = 0; i < nearer.grid.inverse_depth.size(); i += 2)
+    nearer.grid.inverse_depth[i] = static_cast<std::uint16_t>(nearer.grid.inverse_depth[i] * 2);
   EXPECT_EQ(closely(a.keyframes[0], a.keyframes[0]).reason, LinkReason::accepted);
   EXPECT_NE(closely(a.keyframes[0], nearer).reason, LinkReason::accepted);
 }

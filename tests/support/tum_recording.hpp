@@ -46,7 +46,9 @@ class TumRecording {
 
   // Ground truth camera to world at the time of a depth image; false where the truth has a gap.
   bool truth(std::size_t i, mapping::Pose& T_world_camera) const {
-    const double t = depths_.at(i).time_s;
+    return truth_at(depths_.at(i).time_s, T_world_camera);
+  }
+  bool truth_at(double t, mapping::Pose& T_world_camera) const {
     const auto after = std::lower_bound(truth_.begin(), truth_.end(), t,
                                         [](const Stamped& s, double time) { return s.time_s < time; });
     if (after == truth_.begin() || after == truth_.end()) return false;

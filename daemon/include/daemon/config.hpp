@@ -4,6 +4,7 @@
 
 #include "hal/base/result.hpp"
 #include "mapping/local/local_mapper.hpp"
+#include "mapping/team/candidates.hpp"
 
 namespace onemap::daemon {
 
@@ -33,6 +34,8 @@ struct Config {
   int matches_picture = 0;            // a picture of the feature matches every so many frames; 0: none
   mapping::LocalMapperConfig mapper;
   std::size_t global_budget_bytes = 64u << 20;
+  std::size_t places_budget_bytes = 32u << 20;  // for the index of own keyframes
+  mapping::FindPairs find_pairs = mapping::FindPairs::by_index;
 
   bool alone() const { return listen.empty() && peers.empty() && group.empty(); }
 };

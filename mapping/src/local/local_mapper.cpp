@@ -169,7 +169,7 @@ bool LocalMapper::take_keyframe(KeyframeRecord& out) {
 
 void LocalMapper::reserve_record(KeyframeRecord& out, const LocalMapperConfig& config) {
   out.features.reserve(static_cast<std::size_t>(config.max_features));
-  out.grid.depth.reserve(static_cast<std::size_t>(kGridWidth) * kGridHeight);
+  out.grid.inverse_depth.reserve(static_cast<std::size_t>(kGridWidth) * kGridHeight);
 }
 
 LocalMapperCounters LocalMapper::counters() const {

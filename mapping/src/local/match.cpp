@@ -1,9 +1,7 @@
 #include "mapping/local/match.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
-#include <cstring>
 
 #include "match_internal.hpp"
 
@@ -20,27 +18,6 @@ std::int32_t squared_euclidean(const Descriptor& a, const Descriptor& b) {
   return sum;
 }
 
-std::int32_t hamming(const Descriptor& a, const Descriptor& b) {
-  std::int32_t bits = 0;
-  for (std::size_t i = 0; i < 32; i += 8) {
-    std::uint64_t x = 0, y = 0;
-    std::memcpy(&x, a.v.data() + i, 8);
-    std::memcpy(&y, b.v.data() + i, 8);
-    bits += std::popcount(x ^ y);
-  }
-  return bits;
-}
-
-void offer(TwoNearest& n, std::int32_t distance, std::size_t index) {
-  if (distance < n.best) {
-    n.second = n.best;
-    n.best = distance;
-    n.index = static_cast<std::int32_t>(index);
-  } else if (distance < n.second) {
-    n.second = distance;
-  }
-}
-
 void search_plain(const FeatureSet& a, const FeatureSet& b, bool same_laplacian, std::span<TwoNearest> forward,
                   std::span<TwoNearest> backward) {
   std::fill(forward.begin(), forward.end(), TwoNearest{});
@@ -49,15 +26,22 @@ void search_plain(const FeatureSet& a, const FeatureSet& b, bool same_laplacian,
     for (std::size_t j = 0; j < b.size(); ++j) {
       if (same_laplacian && a.keypoints[i].laplacian != b.keypoints[j].laplacian) continue;
       const std::int32_t distance = descriptor_distance(a.descriptors[i], b.descriptors[j], a.kind);
-      offer(forward[i], distance, j);
-      offer(backward[j], distance, i);
+      match::offer(forward[i], distance, j);
+      match::offer(backward[j], distance, i);
     }
+}
+
+void pack(const FeatureSet& set, bool same_laplacian, std::vector<BinaryFeature>& out) {
+  out.clear();
+  for (std::size_t i = 0; i < set.size(); ++i)
+    out.push_back({to_bits(set.descriptors[i], set.kind), same_laplacian ? set.keypoints[i].laplacian : 0});
 }
 
 }  // namespace
 
 std::int32_t descriptor_distance(const Descriptor& a, const Descriptor& b, DescriptorKind kind) {
-  return kind == DescriptorKind::orb ? hamming(a, b) : squared_euclidean(a, b);
+  if (!is_binary(kind)) return squared_euclidean(a, b);
+  return hamming_distance(to_bits(a, kind), to_bits(b, kind));
 }
 
 Matcher::Matcher(const MatchConfig& config, std::size_t max_features)
@@ -69,14 +53,23 @@ Matcher::Matcher(const MatchConfig& config, std::size_t max_features)
       packed_(simd_ ? match::packed_elements(max_features) : 0),
       block_(simd_ ? match::block_elements(max_features) : 0) {
   matches_.reserve(max_features);
+  bits_a_.reserve(max_features);
+  bits_b_.reserve(max_features);
 }
 
 bool Matcher::accepted(const TwoNearest& n) const {
   if (n.index < 0) return false;
   if (n.second == TwoNearest::kNoDistance || config_.max_ratio >= 1) return true;
   const double ratio = static_cast<double>(config_.max_ratio);
-  const double factor = kind_ == DescriptorKind::orb ? ratio : ratio * ratio;  // SURF's distances are squares
+  const double factor = is_binary(kind_) ? ratio : ratio * ratio;  // SURF's distances are squares
   return n.best <= factor * n.second;
+}
+
+void Matcher::search_bits(const FeatureSet& a, const FeatureSet& b, std::span<TwoNearest> forward,
+                          std::span<TwoNearest> backward) {
+  pack(a, config_.same_laplacian, bits_a_);
+  pack(b, config_.same_laplacian, bits_b_);
+  (simd_ ? match::search_bits_simd : match::search_bits_plain)(bits_a_, bits_b_, forward, backward);
 }
 
 std::span<const Match> Matcher::match(const FeatureSet& a, const FeatureSet& b) {
@@ -84,7 +77,9 @@ std::span<const Match> Matcher::match(const FeatureSet& a, const FeatureSet& b) 
   assert(a.size() <= capacity_ && b.size() <= capacity_);
   kind_ = a.kind;
   const std::span<TwoNearest> forward(forward_.data(), a.size()), backward(backward_.data(), b.size());
-  if (simd_ && a.kind == DescriptorKind::surf)
+  if (is_binary(a.kind))
+    search_bits(a, b, forward, backward);
+  else if (simd_)
     match::search_simd(a, b, config_.same_laplacian, packed_, block_, forward, backward);
   else
     search_plain(a, b, config_.same_laplacian, forward, backward);

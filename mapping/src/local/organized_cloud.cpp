@@ -107,6 +107,13 @@ Vector3f normal_at(const OrganizedCloud& cloud, int u, int v) {
   return -away / norm;
 }
 
+void fit_normals(OrganizedCloud& cloud) {
+  std::size_t i = 0;
+  for (int v = 0; v < cloud.height; ++v) {
+    for (int u = 0; u < cloud.width; ++u, ++i) cloud.normals[i] = normal_at(cloud, u, v);
+  }
+}
+
 }  // namespace
 
 void organize(std::span<const std::uint16_t> depth, const hal::Intrinsics& intrinsics, int width, int height,
@@ -124,10 +131,26 @@ void organize(std::span<const std::uint16_t> depth, const hal::Intrinsics& intri
     out.points[i] = {cell.x * z, cell.y * z, z};
     out.inverse_depth[i] = z > 0 ? 1 / z : 0;
   }
+  fit_normals(out);
+}
+
+void organize_grid(std::span<const float> depth_m, Normals normals, OrganizedCloud& out) {
+  out.points.resize(depth_m.size());
+  out.sampling.resize(depth_m.size());
+  out.inverse_depth.resize(depth_m.size());
   std::size_t i = 0;
-  for (int v = 0; v < height; ++v) {
-    for (int u = 0; u < width; ++u, ++i) out.normals[i] = normal_at(out, u, v);
+  for (int v = 0; v < out.height; ++v) {
+    for (int u = 0; u < out.width; ++u, ++i) {
+      const float z = depth_m[i];
+      auto& cell = out.sampling[i];
+      cell.x = (static_cast<float>(u) - out.cx) / out.fx;
+      cell.y = (static_cast<float>(v) - out.cy) / out.fy;
+      out.points[i] = {cell.x * z, cell.y * z, z};
+      out.inverse_depth[i] = z > 0 ? 1 / z : 0;
+    }
   }
+  out.normals.assign(normals == Normals::fitted ? depth_m.size() : 0, Vector3f::Zero());
+  if (normals == Normals::fitted) fit_normals(out);
 }
 
 }  // namespace onemap::mapping

@@ -1,5 +1,7 @@
 #include "mapping/team/pair_verifier.hpp"
 
+#include <utility>
+
 #include "mapping/records/keyframe.hpp"
 
 namespace onemap::mapping {
@@ -19,6 +21,30 @@ PairSchedule::Keyframes count(const Agreement& team, const RobotId& robot, const
 }
 
 }  // namespace
+
+// The keyframes that came since the last time.
+void PairVerifier::index(const RobotId& self, const TeamMember& own) {
+  if (indexed_life_ != own.incarnation || indexed_keyframes_ > own.keyframes.size()) {
+    places_.clear();
+    indexed_keyframes_ = 0;
+  }
+  indexed_life_ = own.incarnation;
+  for (; indexed_keyframes_ < own.keyframes.size(); ++indexed_keyframes_) {
+    const auto keyframe = decode_keyframe(own.keyframes[indexed_keyframes_]->body);
+    if (!keyframe) continue;
+    places_.insert({self, own.incarnation, indexed_keyframes_}, keyframe->descriptor_kind, binary_features(*keyframe));
+  }
+}
+
+// Clouds of the pair's first robot with clouds of its second.
+std::optional<std::vector<CloudPair>> PairVerifier::pairs(const KeyframeSource& own, const KeyframeSource& foreign,
+                                                          bool own_first, const std::function<bool()>& stop) {
+  auto found = config_.find_pairs == FindPairs::all_pairs ? match_all_pairs(own, foreign, stop)
+                                                          : ask_index(places_, foreign, stop);
+  if (found && !own_first)
+    for (CloudPair& pair : *found) std::swap(pair.r, pair.s);
+  return found;
+}
 
 bool PairVerifier::mine(const Agreement& team, const RobotId& other, Instant now) {
   const RobotId& self = team.log().self();
@@ -48,7 +74,10 @@ std::optional<PairVerifier::Look> PairVerifier::look(const Agreement& team, cons
   const TeamMember &own = *team.log().find(self), &theirs = *team.log().find(other);
   const KeyframeSource ours = keyframes_of(self, own), foreign = keyframes_of(other, theirs);
   const bool lower = self < other;
-  auto link = verify_robots(lower ? ours : foreign, lower ? foreign : ours, config_, stop);
+  if (config_.find_pairs == FindPairs::by_index) index(self, own);
+  auto candidates = pairs(ours, foreign, lower, stop);
+  if (!candidates) return std::nullopt;
+  auto link = verify_robots(lower ? ours : foreign, lower ? foreign : ours, std::move(*candidates), config_, stop);
   if (!link) return std::nullopt;
   link->incarnation_other = theirs.incarnation;
   const bool linked = link->reason == LinkReason::accepted;

@@ -12,7 +12,7 @@ TeamMap::TeamMap(const RobotId& self, std::uint64_t incarnation, const TeamMapCo
       config_(config),
       log_(self, incarnation),
       presence_(self, config.lost_after),
-      verifier_(config.verify, config.merge_while_mapping, config.lost_after),
+      verifier_(config.verify, config.places, config.merge_while_mapping, config.lost_after),
       decision_(config.lost_after),
       fusion_(config.atlas) {}
 
@@ -156,6 +156,7 @@ void TeamMap::note_gone(const Agreement& team) {
 
 void TeamMap::update_view(const Agreement& team, const std::optional<SolutionRecord>& final) {
   view_.robots_known = team.robots().size();
+  view_.places_refused = verifier_.places().refused();
   view_.robots_finished = 0;
   for (const RobotId& robot : team.robots()) view_.robots_finished += log_.find(robot)->finished ? 1 : 0;
   view_.waiting = team.waiting();

@@ -3,79 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mapping/local/match.hpp"
 #include "mapping/local/rigid.hpp"
 #include "team/verify_clouds.hpp"
 
 namespace onemap::mapping {
 
 namespace {
-
-constexpr std::size_t kQuickFeatures = 128;  // for choosing the pairs that are worth a closer look
-constexpr std::size_t kMaxCandidates = 32;   // pairs of clouds looked at closely for a pair of robots
-constexpr int kQuickMatches = 8;             // a candidate has at least so many quick matches
-
-// The first of a record's features are its strongest.
-FeatureSet strongest(const KeyframeRecord& record) {
-  FeatureSet some;
-  some.kind = record.descriptor_kind;
-  const std::size_t n = std::min(record.features.size(), kQuickFeatures);
-  some.reserve(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    Keypoint k;
-    k.laplacian = record.features[i].laplacian;
-    some.keypoints.push_back(k);
-    some.descriptors.push_back(record.features[i].descriptor);
-  }
-  return some;
-}
-
-std::vector<FeatureSet> strongest(const KeyframeSource& source) {
-  std::vector<FeatureSet> out;
-  out.reserve(source.count);
-  for (std::size_t i = 0; i < source.count; ++i) out.push_back(strongest(source.load(i)));
-  return out;
-}
-
-struct Candidate {
-  int matches;
-  std::size_t r, s;
-};
-
-// The best first, spread over the clouds: no cloud more than four times.
-std::vector<Candidate> choose(std::vector<Candidate> all, std::size_t count_a, std::size_t count_b) {
-  std::stable_sort(all.begin(), all.end(),
-                   [](const Candidate& x, const Candidate& y) { return x.matches > y.matches; });
-  std::vector<int> times_r(count_a), times_s(count_b);
-  std::vector<Candidate> chosen;
-  for (const Candidate& c : all) {
-    if (chosen.size() == kMaxCandidates) break;
-    if (times_r[c.r] == 4 || times_s[c.s] == 4) continue;
-    ++times_r[c.r];
-    ++times_s[c.s];
-    chosen.push_back(c);
-  }
-  return chosen;
-}
-
-// The pairs of clouds with most matches among their strongest features; nothing when stopped.
-std::optional<std::vector<Candidate>> candidates(const KeyframeSource& a, const KeyframeSource& b,
-                                                 const std::function<bool()>& stop) {
-  const std::vector<FeatureSet> quick_a = strongest(a), quick_b = strongest(b);
-  MatchConfig config;
-  config.max_ratio = 0.8f;
-  Matcher matcher(config, kQuickFeatures);
-  std::vector<Candidate> all;
-  for (std::size_t r = 0; r < a.count; ++r) {
-    if (stop()) return std::nullopt;
-    for (std::size_t s = 0; s < b.count; ++s) {
-      if (quick_a[r].kind != quick_b[s].kind) continue;
-      const int n = static_cast<int>(matcher.match(quick_a[r], quick_b[s]).size());
-      if (n >= kQuickMatches) all.push_back({n, r, s});
-    }
-  }
-  return choose(std::move(all), a.count, b.count);
-}
 
 // Eq. (11): ref_a T ref_b through the clouds r and s.
 Pose between_references(const Verified& v) { return v.T_a_r * v.result.T_r_s * v.T_b_s.inverse(); }
@@ -115,16 +48,14 @@ double fit_common(const std::vector<const Verified*>& pairs, Pose& T_a_b, int& i
 // Looks closely at the candidates; their clouds are unpacked one pair at a time. Notes in `link` why the most promising
 // of the refused was refused. Nothing when stopped.
 std::optional<std::vector<Verified>> verify_candidates(const KeyframeSource& a, const KeyframeSource& b,
-                                                       const VerifyConfig& config, const std::function<bool()>& stop,
-                                                       LinkRecord& link) {
-  const auto chosen = candidates(a, b, stop);
-  if (!chosen) return std::nullopt;
+                                                       const std::vector<CloudPair>& chosen, const VerifyConfig& config,
+                                                       const std::function<bool()>& stop, LinkRecord& link) {
   std::vector<Verified> verified;
   int best_refused = -1;
-  for (const Candidate& c : *chosen) {
+  for (const CloudPair& c : chosen) {
     if (stop()) return std::nullopt;
     const KeyframeRecord r = a.load(c.r), s = b.load(c.s);
-    const Cloud cloud_r = unpack(r), cloud_s = unpack(s);
+    const Cloud cloud_r = unpack(r), cloud_s = unpack(s, Normals::none);
     Verified v = verify_clouds(cloud_r, cloud_s, config);
     v.keyframe_r = r.index;
     v.keyframe_s = s.index;
@@ -182,15 +113,15 @@ void conclude(const std::vector<const Verified*>& best, const VerifyConfig& conf
 
 }  // namespace
 
-std::optional<LinkRecord> verify_robots(const KeyframeSource& a, const KeyframeSource& b, const VerifyConfig& config,
-                                        const std::function<bool()>& stop) {
+std::optional<LinkRecord> verify_robots(const KeyframeSource& a, const KeyframeSource& b, std::vector<CloudPair> pairs,
+                                        const VerifyConfig& config, const std::function<bool()>& stop) {
   LinkRecord link;
   link.a = a.robot;
   link.b = b.robot;
   link.keyframes_a = static_cast<std::uint32_t>(a.count);
   link.keyframes_b = static_cast<std::uint32_t>(b.count);
   link.reason = LinkReason::too_few_matches;
-  const auto verified = verify_candidates(a, b, config, stop, link);
+  const auto verified = verify_candidates(a, b, choose(std::move(pairs)), config, stop, link);
   if (!verified) return std::nullopt;
   const auto best = largest_agreement(*verified);
   if (!best.empty()) conclude(best, config, link);
@@ -202,7 +133,18 @@ LinkRecord verify_robots(const RobotId& a, std::span<const KeyframeRecord> keyfr
   const auto source = [](const RobotId& robot, std::span<const KeyframeRecord> keyframes) {
     return KeyframeSource{robot, keyframes.size(), [keyframes](std::size_t i) { return keyframes[i]; }};
   };
-  return *verify_robots(source(a, keyframes_a), source(b, keyframes_b), config, [] { return false; });
+  const KeyframeSource of_a = source(a, keyframes_a), of_b = source(b, keyframes_b);
+  const auto never = [] { return false; };
+  std::optional<std::vector<CloudPair>> pairs;
+  if (config.find_pairs == FindPairs::all_pairs) {
+    pairs = match_all_pairs(of_a, of_b, never);
+  } else {
+    PlaceIndex index({});
+    for (std::uint32_t i = 0; i < keyframes_a.size(); ++i)
+      index.insert({a, 0, i}, keyframes_a[i].descriptor_kind, binary_features(keyframes_a[i]));
+    pairs = ask_index(index, of_b, never);
+  }
+  return *verify_robots(of_a, of_b, std::move(*pairs), config, never);
 }
 
 }  // namespace onemap::mapping

@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kMinOverlap = 0.25;  // of the source's depth cells that ICP must explain
 constexpr double kMaxIcpError_m = 0.03;
+constexpr int kCellStride = 2;         // of the grid's points, every second row and column is enough to align by
 constexpr double kMinAgreement = 0.8;  // on free space, of the less agreeing cloud
 
 bool is_coherent(double z_m) {
@@ -26,35 +27,36 @@ void unpack_features(const KeyframeRecord& record, FeatureCloud& out) {
     Keypoint k;
     k.laplacian = f.laplacian;
     out.set.keypoints.push_back(k);
-    out.set.descriptors.push_back(f.descriptor);
-    const Vector3d p(f.point[0] * kPointUnit_m, f.point[1] * kPointUnit_m, f.point[2] * kPointUnit_m);
-    out.ray.emplace_back(p.x() / p.z(), p.y() / p.z());
+    out.set.descriptors.push_back(from_bits(f.bits));
+    const Vector3d p = place_point(f.place, record.grid);
+    out.ray.push_back(place_ray(f.place, record.grid));
     out.point.push_back(is_coherent(p.z()) ? p : Vector3d::Zero());
   }
 }
 
-void unpack_grid(const DepthGrid& grid, Cloud& cloud) {
-  if (grid.width == 0 || grid.height == 0) return;
-  hal::Intrinsics k;
-  k.width = grid.width;
-  k.height = grid.height;
-  k.fx = grid.fx_fy_cx_cy[0] / 1024.0;
-  k.fy = grid.fx_fy_cx_cy[1] / 1024.0;
-  k.cx = grid.fx_fy_cx_cy[2] / 1024.0;
-  k.cy = grid.fx_fy_cx_cy[3] / 1024.0;
-  k.depth_scale = 1 / kPointUnit_m;
-  organize(grid.depth, k, grid.width, grid.height, cloud.grid);
-  for (const Vector3f& p : cloud.grid.points)
-    if (p.z() > 0) cloud.cells.push_back(p);
+void unpack_grid(const DepthGrid& grid, Normals normals, Cloud& cloud) {
+  OrganizedCloud& out = cloud.grid;
+  out.width = grid.width;
+  out.height = grid.height;
+  const auto along = [](std::int32_t k) { return static_cast<float>(k / 1024.0); };
+  out.fx = along(grid.fx_fy_cx_cy[0]), out.fy = along(grid.fx_fy_cx_cy[1]);
+  out.cx = along(grid.fx_fy_cx_cy[2]), out.cy = along(grid.fx_fy_cx_cy[3]);
+  std::vector<float> depth_m;
+  depth_m.reserve(grid.inverse_depth.size());
+  for (const std::uint16_t q : grid.inverse_depth) depth_m.push_back(static_cast<float>(grid_depth_m(q)));
+  organize_grid(depth_m, normals, out);
+  for (int v = 0; v < out.height; v += kCellStride)
+    for (int u = 0; u < out.width; u += kCellStride)
+      if (const Vector3f& p = out.points[out.index(u, v)]; p.z() > 0) cloud.cells.push_back(p);
 }
 
 }  // namespace
 
-Cloud unpack(const KeyframeRecord& record) {
+Cloud unpack(const KeyframeRecord& record, Normals normals) {
   Cloud cloud;
   cloud.T_robot_keyframe = from_quantized(record.T_robot_keyframe);
   unpack_features(record, cloud.features);
-  unpack_grid(record.grid, cloud);
+  unpack_grid(record.grid, normals, cloud);
   return cloud;
 }
 

@@ -7,14 +7,14 @@
 
 namespace onemap::mapping {
 
-// A keyframe record unpacked for matching.
+// A keyframe record unpacked for matching. The first of a pair needs normals: ICP aligns the second to it.
 struct Cloud {
   FeatureCloud features;
   OrganizedCloud grid;
-  std::vector<Vector3f> cells;  // the grid's points
+  std::vector<Vector3f> cells;  // every second row and column of the grid's points
   Pose T_robot_keyframe;
 };
-Cloud unpack(const KeyframeRecord& record);
+Cloud unpack(const KeyframeRecord& record, Normals normals = Normals::fitted);
 
 // One pair of clouds r of robot a, s of robot b (the paper, section 4): matches, fundamental matrix, depth check, 3D
 // RANSAC, ICP on the depth grids.

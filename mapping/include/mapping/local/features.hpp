@@ -16,14 +16,17 @@ struct Keypoint {
 };
 
 // 64 bytes that describe a feature. SURF: the 64 components as int8 (value * 127 rounded after normalisation to unit
-// length and clamped to +-1), compared by squared Euclidean distance. ORB: 256 bits in the first 32 bytes, the rest 0,
-// compared by Hamming distance. Integers, so distances are equal on every machine.
+// length and clamped to +-1), compared by squared Euclidean distance. ORB and surf_bits: 256 bits in the first 32
+// bytes, the rest 0, compared by Hamming distance. Integers, so distances are equal on every machine.
 struct alignas(32) Descriptor {
   std::array<std::int8_t, 64> v{};
   bool operator==(const Descriptor&) const = default;
 };
 
-enum class DescriptorKind : std::uint8_t { surf = 1, orb = 2 };
+// surf_bits: what a keyframe's record holds of SURF (descriptor_bits.hpp); no detector gives it.
+enum class DescriptorKind : std::uint8_t { surf = 1, orb = 2, surf_bits = 3 };
+
+inline bool is_binary(DescriptorKind kind) { return kind != DescriptorKind::surf; }
 
 // The features of one image, strongest first; both vectors have the same length. reserve() once, no growth after.
 struct FeatureSet {

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "mapping/local/descriptor_bits.hpp"
 #include "mapping/local/features.hpp"
 
 namespace onemap::mapping {
@@ -23,6 +24,12 @@ struct TwoNearest {
   std::int32_t best = kNoDistance, second = kNoDistance, index = -1;
 };
 
+// A binary feature as the search takes it.
+struct BinaryFeature {
+  DescriptorBits bits{};
+  std::int32_t laplacian = 0;
+};
+
 // k-nearest-neighbour matching (k = 2) by exhaustive search in both directions with cross check (the paper, section 3).
 // Memory is taken in the constructor. Result sorted by (a); ties go to the lower index, so it is deterministic.
 class Matcher {
@@ -33,18 +40,21 @@ class Matcher {
 
  private:
   bool accepted(const TwoNearest& n) const;
+  void search_bits(const FeatureSet& a, const FeatureSet& b, std::span<TwoNearest> forward,
+                   std::span<TwoNearest> backward);
 
   MatchConfig config_;
   [[maybe_unused]] std::size_t capacity_;  // only asserted
   bool simd_;
   DescriptorKind kind_ = DescriptorKind::surf;
   std::vector<TwoNearest> forward_, backward_;
-  std::vector<std::int16_t> packed_;  // surf: the second set in blocks of eight, for the SIMD search
-  std::vector<std::int32_t> block_;   // and what is found for it
+  std::vector<std::int16_t> packed_;            // surf: the second set in blocks of eight, for the SIMD search
+  std::vector<std::int32_t> block_;             // and what is found for it
+  std::vector<BinaryFeature> bits_a_, bits_b_;  // of the binary kinds
   std::vector<Match> matches_;
 };
 
-// Distance of two descriptors: squared Euclidean over int8 (surf) or Hamming (orb). The plain reference.
+// Distance of two descriptors: squared Euclidean over int8 (surf) or Hamming (the others). The plain reference.
 std::int32_t descriptor_distance(const Descriptor& a, const Descriptor& b, DescriptorKind kind);
 
 }  // namespace onemap::mapping

@@ -39,4 +39,9 @@ struct OrganizedCloud {
 void organize(std::span<const std::uint16_t> depth, const hal::Intrinsics& intrinsics, int width, int height,
               OrganizedCloud& out);
 
+// The cloud of depths that are on an ideal grid already: out's width, height and pinhole are set, depth_m has a value a
+// cell (0: none). Without normals where nothing is aligned to it: they are most of the work.
+enum class Normals : std::uint8_t { none, fitted };
+void organize_grid(std::span<const float> depth_m, Normals normals, OrganizedCloud& out);
+
 }  // namespace onemap::mapping

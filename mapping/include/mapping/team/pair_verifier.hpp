@@ -10,12 +10,13 @@
 namespace onemap::mapping {
 
 // Looks at the pairs of robots that are this robot's to look at, when they are due: those with robots of higher ids,
-// and those with lower ones that are gone or let the team wait for long. Used by one thread.
+// and those with lower ones that are gone or let the team wait for long. This robot's keyframes are in a place index,
+// which the others' ask. Used by one thread.
 class PairVerifier {
  public:
   // interval: see PairSchedule; patience: with a lower robot that lives and does not look.
-  PairVerifier(const VerifyConfig& config, Duration interval, Duration patience)
-      : config_(config), schedule_(interval), patience_(patience) {}
+  PairVerifier(const VerifyConfig& config, const PlaceIndexConfig& places, Duration interval, Duration patience)
+      : config_(config), schedule_(interval), patience_(patience), places_(places) {}
 
   struct Look {
     LinkRecord link;
@@ -24,8 +25,12 @@ class PairVerifier {
   // Looks at one pair; nothing when none is due, or when stop() said true in between.
   std::optional<Look> next(const Agreement& team, Instant now, const std::function<bool()>& stop);
   void took(Duration cost);  // the last look
+  const PlaceIndex& places() const { return places_; }
 
  private:
+  void index(const RobotId& self, const TeamMember& own);
+  std::optional<std::vector<CloudPair>> pairs(const KeyframeSource& own, const KeyframeSource& foreign, bool own_first,
+                                              const std::function<bool()>& stop);
   bool mine(const Agreement& team, const RobotId& other, Instant now);
   std::optional<Look> look(const Agreement& team, const RobotId& other, Instant now, const std::function<bool()>& stop);
 
@@ -33,6 +38,9 @@ class PairVerifier {
   PairSchedule schedule_;
   Patience<RobotId> patience_;
   std::optional<RobotId> last_;
+  PlaceIndex places_;                    // of this robot's keyframes, by their positions in its log
+  std::uint64_t indexed_life_ = 0;       // whose
+  std::uint32_t indexed_keyframes_ = 0;  // so many of them were put in, or refused
 };
 
 }  // namespace onemap::mapping

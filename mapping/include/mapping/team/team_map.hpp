@@ -20,6 +20,7 @@ namespace onemap::mapping {
 struct TeamMapConfig {
   AtlasConfig atlas;
   VerifyConfig verify;
+  PlaceIndexConfig places;                         // of this robot's keyframes
   Duration lost_after = std::chrono::seconds(60);  // a robot that was silent for so long is not waited for
   Duration merge_while_mapping{};  // at most so often while robots map; zero: only when all have finished
 };
@@ -33,6 +34,7 @@ struct TeamView {
   std::set<RobotId> gone;        // silent for too long, so not waited for
   std::set<RobotId> cut_short;   // of those, the ones of which a part is missing for good
   std::uint64_t blocks = 0, blocks_refused = 0;            // of the last global map; refused: it was full
+  std::uint64_t places_refused = 0;                        // own keyframes for which the place index had no room
   std::uint64_t submaps_left_out = 0;                      // of the last global map: more than may be decoded
   std::uint64_t records_refused = 0, submaps_refused = 0;  // malformed or not its author's to write; and of these
   Duration merge{};                                        // from the end of the last robot's work to the global map

@@ -19,7 +19,6 @@ using RecordPtr = std::shared_ptr<const Record>;
 // Where a keyframe is, and the keyframe whose submap its surface is in.
 struct KeyframePlace {
   std::uint32_t index = 0, anchor = 0;  // the robot's own count
-  FrameTime time{};
   QuantizedPose T_robot_keyframe;
 };
 

@@ -6,10 +6,7 @@ namespace onemap::mapping {
 
 namespace {
 
-constexpr int kRecordStride = 2;
-
-std::int16_t units(double metres) { return static_cast<std::int16_t>(std::lround(metres / kPointUnit_m)); }
-bool fits(double metres) { return std::abs(metres) < 32767 * kPointUnit_m; }
+constexpr double kGridUnit_m = 0.00025;  // of what a keyframe keeps of its depth: up to 16.4 m
 
 }  // namespace
 
@@ -22,7 +19,7 @@ void store_grid(const OrganizedCloud& cloud, MapKeyframe& keyframe) {
   for (std::size_t i = 0; i < keyframe.grid_depth.size(); ++i) {
     const double z = static_cast<double>(cloud.points[i].z());
     keyframe.grid_depth[i] = z > 0 && z <= static_cast<double>(kMaxDepth_m)
-                                 ? static_cast<std::uint16_t>(std::lround(z / kPointUnit_m))
+                                 ? static_cast<std::uint16_t>(std::lround(z / kGridUnit_m))
                                  : std::uint16_t{0};
   }
 }
@@ -35,7 +32,7 @@ void grid_cloud(const MapKeyframe& keyframe, OrganizedCloud& out) {
   grid.fy = keyframe.grid_fy;
   grid.cx = keyframe.grid_cx;
   grid.cy = keyframe.grid_cy;
-  grid.depth_scale = 1 / kPointUnit_m;
+  grid.depth_scale = 1 / kGridUnit_m;
   organize(keyframe.grid_depth, grid, kGridWidth, kGridHeight, out);
 }
 
@@ -44,25 +41,21 @@ void fill_record(const MapKeyframe& keyframe, KeyframeRecord& out) {
   out.time = keyframe.time;
   out.T_robot_keyframe = quantize(keyframe.T_camera_robot.inverse());
   out.anchor = keyframe.anchor.keyframe;
-  out.descriptor_kind = keyframe.features.set.kind;
+  out.descriptor_kind = kind_of_bits(keyframe.features.set.kind);
+  DepthGrid& g = out.grid;
+  g.width = kGridWidth;
+  g.height = kGridHeight;
+  const auto fixed = [](double v) { return static_cast<std::int32_t>(std::lround(v * 1024)); };
+  g.fx_fy_cx_cy = {fixed(keyframe.grid_fx), fixed(keyframe.grid_fy), fixed(keyframe.grid_cx), fixed(keyframe.grid_cy)};
+  g.inverse_depth.clear();
+  for (const std::uint16_t z : keyframe.grid_depth) g.inverse_depth.push_back(grid_inverse_depth(z * kGridUnit_m));
   out.features.clear();
   const FeatureFrame& f = keyframe.features;
   for (std::size_t i = 0; i < f.size(); ++i) {
-    if (!f.has_depth(i)) continue;
-    const Vector3d& p = f.point[i];
-    if (!fits(p.x()) || !fits(p.y()) || !fits(p.z())) continue;
-    out.features.push_back(
-        {{units(p.x()), units(p.y()), units(p.z())}, f.set.keypoints[i].laplacian, f.set.descriptors[i]});
+    const auto place = f.has_depth(i) ? to_place(f.point[i], g) : std::nullopt;
+    if (!place) continue;
+    out.features.push_back({*place, f.set.keypoints[i].laplacian, to_bits(f.set.descriptors[i], f.set.kind)});
   }
-  DepthGrid& g = out.grid;
-  g.width = kGridWidth / kRecordStride;
-  g.height = kGridHeight / kRecordStride;
-  const auto fixed = [](double v) { return static_cast<std::int32_t>(std::lround(v * 1024 / kRecordStride)); };
-  g.fx_fy_cx_cy = {fixed(keyframe.grid_fx), fixed(keyframe.grid_fy), fixed(keyframe.grid_cx), fixed(keyframe.grid_cy)};
-  g.depth.clear();
-  for (int v = 0; v < kGridHeight; v += kRecordStride)
-    for (int u = 0; u < kGridWidth; u += kRecordStride)
-      g.depth.push_back(keyframe.grid_depth[static_cast<std::size_t>(v * kGridWidth + u)]);
 }
 
 }  // namespace onemap::mapping

@@ -28,7 +28,7 @@ struct MapKeyframe {
   Pose T_camera_robot;
   SubmapAnchor anchor;  // the keyframe, itself or an earlier one, into whose submap frames near it are fused
   FeatureFrame features;
-  std::vector<std::uint16_t> grid_depth;  // kGridWidth x kGridHeight, units of kPointUnit_m, 0 = none
+  std::vector<std::uint16_t> grid_depth;  // kGridWidth x kGridHeight, units of 0.25 mm, 0 = none
   double grid_fx = 0, grid_fy = 0, grid_cx = 0, grid_cy = 0;
 };
 
