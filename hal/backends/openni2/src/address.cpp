@@ -16,7 +16,7 @@ Status set_option(const std::string& key, const std::string& value, Address& int
   if (key == "mode") return set_mode(value, into);
   if (!imaging::RegistrationOptions::knows(key))
     return Error{"", "unknown option '" + key + "'; known: mode " + std::string(imaging::RegistrationOptions::kKnown)};
-  if (const Status status = into.lenses.set(key, value); !status) return status;
+  if (Status status = into.lenses.set(key, value); !status) return status;
   if (into.file && into.lenses.registration == imaging::Registration::device)
     return Error{"", "registration=device: a recording cannot be registered by its device"};
   return success();
