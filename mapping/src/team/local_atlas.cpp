@@ -16,6 +16,7 @@ Atlas local_atlas(const LocalMapper& mapper, const AtlasConfig& config) {
   });
   std::ranges::sort(anchors, {}, &PlacedAnchor::keyframe);
   std::vector<Atlas::Submap> submaps;
+  submaps.reserve(records.size());
   for (const SubmapRecord& record : records) submaps.push_back({0, &record});
   Atlas atlas(config);
   atlas.add(anchors, submaps);

@@ -17,8 +17,8 @@ std::vector<PlacedAnchor> placed_anchors(const TeamMember& member, const Quantiz
   for (const KeyframePlace& k : member.places)
     if (k.index == k.anchor) out.push_back({k.index, quantize(T * from_quantized(k.T_robot_keyframe))});
   std::ranges::stable_sort(out, {}, &PlacedAnchor::keyframe);
-  const auto again = std::ranges::unique(out, {}, &PlacedAnchor::keyframe);
-  out.erase(again.begin(), again.end());
+  const auto same = [](const PlacedAnchor& a, const PlacedAnchor& b) { return a.keyframe == b.keyframe; };
+  out.erase(std::unique(out.begin(), out.end(), same), out.end());
   return out;
 }
 
