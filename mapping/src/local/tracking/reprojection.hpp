@@ -8,9 +8,9 @@
 namespace onemap::mapping {
 
 // What one feature says of where its landmark is, in pixels: the image position and, as a structured-light camera
-// measures depth by a disparity over its baseline, a disparity b f / z. The Kinect family's b f is 40 (0.075 m x 525 px);
-// its disparity is surer than a feature's place in the image, so it counts as a longer baseline. Tried, ATE in mm on
-// fr1_xyz / fr1_rpy_a / three simulated robots: 40: 10.4 / 26.1 / 6.8; 80: 10.3 / 23.3; 100: 10.2 / 22.7 / 5.0;
+// measures depth by a disparity over its baseline, a disparity b f / z. The Kinect family's b f is 40 (0.075 m x 525
+// px); its disparity is surer than a feature's place in the image, so it counts as a longer baseline. Tried, ATE in mm
+// on fr1_xyz / fr1_rpy_a / three simulated robots: 40: 10.4 / 26.1 / 6.8; 80: 10.3 / 23.3; 100: 10.2 / 22.7 / 5.0;
 // 120: 10.4 / 23.3; 150: 10.6 / 22.0.
 inline constexpr double kBaselineFocal_px_m = 100.0;
 
