@@ -1,0 +1,64 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+// The numbers of the pose graph, each with its reason.
+namespace onemap::mapping {
+
+// When links may join two chains, or close a loop of one. Wrong links that nothing contradicts pass any solver, so what
+// joins is asked for more than what is added once joined.
+struct JoinConfig {
+  // Two links agree, and an own loop agrees with odometry, up to this: chi square of 6 degrees of freedom at 0.99.
+  double chi2 = 16.81;
+  // Random wrong links agree by chance in twos and threes; with four none of 20 simulated teams was joined wrongly.
+  std::uint32_t links = 4;
+  // Two doors that look alike give many links that agree, all from one place. Two places by chance are rare.
+  std::uint32_t places = 2;
+  double place_distance_m = 1.0;  // ends on both chains are at least so far apart: then these are two places
+  // Robots that met at one desk never come a metre apart: there so many agreeing links do instead. A place seen in
+  // passing gives about six.
+  std::uint32_t links_in_one_place = 12;
+  // Links of one chain have its odometry as a witness (chi2 above), which random ones do not pass: two are enough.
+  std::uint32_t own_links = 2;
+  // A second group of links that contradicts the first is a look-alike, and which of them is right is open while the
+  // second has more than this share of the first.
+  double second_group_share = 0.5;
+  // What one pair of anchors may contribute, the best by inliers: more of the same view say nothing new. Enough for
+  // robots at one desk, whose every frame hangs on one anchor.
+  std::uint32_t links_per_anchor_pair = 16;
+  // Links of a pair of chains that are compared with each other (quadratic); the best by inliers.
+  std::size_t links_compared = 400;
+  // Steps of the exact search for the largest group; then the best so far counts. The heuristic is rarely worse.
+  std::size_t clique_steps = 100'000;
+};
+
+// How sure a link is. Measured over 3,600 links of our recordings: 21.5 mm from truth at a mean of 75 inliers.
+struct LinkNoise {
+  double translation_m = 0.02;
+  double rotation_rad = 0.0122;  // 0.7 degrees
+  double inliers = 75;           // at so many; otherwise the sigmas go with 1 / sqrt(inliers)
+  double least_share = 0.5;  // and never below this share: 1 cm and 0.35 degrees; calibration and time are not better
+};
+
+// Truncated least squares by graduated non-convexity (Yang and others 2020).
+struct GncConfig {
+  double barc2 = 16.81;  // a link counts up to this squared error: chi square of 6 degrees of freedom at 0.99
+  double mu_step = 1.4;  // as GTSAM and Kimera; larger skips the shapes between
+  double mu_cold = 0.05, mu_warm = 1.0;  // first shape: reaches to 21 x and 2 x barc2; the start is good, not arbitrary
+  double mu_end = 8;                     // last shape: weights between 0 and 1 are left only within an eighth of barc2
+  std::uint32_t rounds_cold = 100, rounds_warm = 15;
+  std::uint32_t steps_a_round = 2;              // Gauss-Newton steps between two looks at the weights
+  double drop_below = 0.1, return_above = 0.9;  // a link in use, a dropped one: verdicts do not flicker
+};
+
+struct PoseGraphConfig {
+  JoinConfig join;
+  LinkNoise link_noise;
+  GncConfig gnc;
+  // An anchor keeps its pose in use while every corner of its box moved less: a quarter of a 2 cm voxel.
+  double keep_within_m = 0.005;
+  // What one graph may hold; more is refused.
+  std::size_t max_anchors = 16'384, max_links = 65'536;
+};
+
+}  // namespace onemap::mapping
