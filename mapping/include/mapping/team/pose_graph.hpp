@@ -29,6 +29,7 @@ class PoseGraph {
   Status set_link(const GraphLink& link);
   void remove_link(const LinkId& link);
 
+  const PoseGraphConfig& config() const { return config_; }
   const std::map<ChainId, std::vector<ChainAnchor>>& chains() const { return chains_; }
   const std::map<LinkId, GraphLink>& links() const { return links_; }
   std::size_t anchors() const { return anchor_count_; }

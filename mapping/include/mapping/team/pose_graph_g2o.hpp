@@ -9,7 +9,7 @@ namespace onemap::mapping {
 // of odometry and of the links in use. Vertex ids are chain number << 20 | keyframe of the anchor, chains numbered in
 // their order (comment lines say which is which). Information is for g2o's rotation error, which is half the angle:
 // the rotation block is that of radians times 4, the cross blocks times 2; a comment line says so. Vertices and edges
-// sorted by id, numbers with 17 digits at most: equal graphs give equal bytes.
+// sorted, numbers as short as they read back: equal graphs give equal bytes.
 std::string to_g2o(const PoseGraph& graph, const GraphSolution& solution);
 
 }  // namespace onemap::mapping

@@ -1,0 +1,38 @@
+#pragma once
+#include <vector>
+
+#include "chain_frame.hpp"
+
+namespace onemap::mapping {
+
+// The links between two chains, or the own loops of one, and what they are worth.
+struct ChainPair {
+  std::size_t chain_a = 0, chain_b = 0;  // of the index, a <= b
+  std::vector<std::size_t> links{};      // of the index, with anchors, ascending: those that the graph considers
+  std::vector<std::size_t> agreeing{};   // the largest group of them
+  std::size_t best = 0;                  // the one of the group with the most inliers: where the chains are joined
+  std::uint64_t inliers = 0;             // of the group
+  PairVerdict verdict{};
+
+  bool own() const { return chain_a == chain_b; }
+  bool joined() const { return verdict.reason == JoinReason::joined; }
+};
+
+struct Joining {
+  std::vector<ChainPair> pairs;  // sorted
+  std::vector<LinkVerdict>
+      verdicts;                // of every link of the index: no_anchor, surplus, contradicts_chain; others `used`
+  std::uint32_t compared = 0;  // pairs of links
+};
+
+// Which pairs of chains may be joined by their links, and by which.
+Joining join_chains(const GraphIndex& index, const ChainFrames& frames, const JoinConfig& config);
+
+// How many of the links (of the index) are from different places: ends at least so far apart on both chains.
+std::uint32_t count_places(const GraphIndex& index, const ChainFrames& frames, const std::vector<std::size_t>& links,
+                           double distance_m);
+
+// Whether so many links from so many places may join two chains.
+JoinReason support(const JoinConfig& config, std::uint32_t links, std::uint32_t places);
+
+}  // namespace onemap::mapping
