@@ -1,0 +1,74 @@
+// A cold and a warm solve of simulated teams: three chains of 60 anchors, 40 right links, wrong ones beside them.
+// Processor time of one thread. Says also what was kept. Run it on one core: taskset -c 0. Argument: number of seeds
+// (20).
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <ctime>
+#include <vector>
+
+#include "support/pose_graph_team.hpp"
+
+using namespace onemap::mapping;
+using onemap::test::PoseGraphTeam;
+
+namespace {
+
+double cpu_ms() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
+}
+
+struct Case {
+  const char* name;
+  int random, groups;  // wrong links; look-alike groups of six
+  bool one_place;
+};
+
+void run(const Case& wrong, int seeds) {
+  std::vector<double> cold, warm;
+  int right = 0, kept_wrong = 0, misplaced = 0, in_map = 0, compared = 0;
+  double worst = 0;
+  for (int seed = 0; seed < seeds; ++seed) {
+    PoseGraphTeam team(1000 + static_cast<std::uint64_t>(seed));
+    team.add_right_links(40);
+    team.add_random_wrong_links(wrong.random);
+    for (int i = 0; i < wrong.groups; ++i) team.add_look_alikes(6, wrong.one_place);
+    const PoseGraph graph = team.graph();
+    const double start = cpu_ms();
+    const GraphSolution solution = graph.solve();
+    const double between = cpu_ms();
+    (void)graph.solve(&solution);
+    cold.push_back(between - start);
+    warm.push_back(cpu_ms() - between);
+    right += team.used(solution, true);
+    kept_wrong += team.used(solution, false);
+    misplaced += team.misplaced_chains(solution);
+    in_map += static_cast<int>(solution.components[0].chains.size());
+    const GraphSolution clean = team.graph(true).solve();
+    if (clean.components[0].chains != solution.components[0].chains) continue;
+    ++compared;
+    worst = std::max(worst, team.ate_m(solution) / team.ate_m(clean));
+  }
+  std::sort(cold.begin(), cold.end());
+  std::sort(warm.begin(), warm.end());
+  fmt::print(
+      "{:32} cold {:6.1f} ms (most {:6.1f})  warm {:6.1f} ms  right kept {:4.1f}  wrong kept {:5.2f}  chains in the "
+      "map "
+      "{:.2f}  misplaced {}  worst error against no wrong links {:.2f} x ({} teams)\n",
+      wrong.name, cold[cold.size() / 2], cold.back(), warm[warm.size() / 2], static_cast<double>(right) / seeds,
+      static_cast<double>(kept_wrong) / seeds, static_cast<double>(in_map) / seeds, misplaced, worst, compared);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int seeds = argc > 1 ? std::atoi(argv[1]) : 20;
+  for (const Case& wrong :
+       {Case{"no wrong links", 0, 0, false}, Case{"70 % random", 93, 0, false}, Case{"95 % random", 760, 0, false},
+        Case{"70 % look-alike, one place each", 0, 15, true}, Case{"70 % look-alike, all along", 0, 15, false},
+        Case{"95 % look-alike, one place each", 0, 126, true}, Case{"95 % look-alike, all along", 0, 126, false}})
+    run(wrong, seeds);
+}

@@ -1,0 +1,317 @@
+#include "mapping/team/pose_graph.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "pose_graph_team.hpp"
+
+namespace onemap::mapping {
+namespace {
+
+using test::PoseGraphTeam;
+
+ChainId chain_id(const char* name) { return {RobotId::from_name(name), 1}; }
+
+// Anchors a metre apart on a straight line, as odometry has them.
+std::vector<ChainAnchor> line(std::uint32_t count) {
+  std::vector<ChainAnchor> out;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    ChainAnchor anchor;
+    anchor.keyframe = i;
+    anchor.information = information_of(0.003, 0.01);
+    anchor.box_half_m = {1, 1, 1};
+    if (i > 0) anchor.T_previous_anchor.t = {1, 0, 0};
+    out.push_back(anchor);
+  }
+  return out;
+}
+
+GraphLink link(const char* a, std::uint32_t i, const char* b, std::uint32_t j, const Pose& T_a_b) {
+  GraphLink out;
+  out.a = {.chain = chain_id(a), .keyframe = i, .anchor = i, .T_anchor_keyframe = {}};
+  out.b = {.chain = chain_id(b), .keyframe = j, .anchor = j, .T_anchor_keyframe = {}};
+  out.T_a_b = T_a_b;
+  return out;
+}
+
+Pose shift(double x, double y = 0, double z = 0) { return {Matrix3d::Identity(), {x, y, z}}; }
+
+Pose pose_of(const GraphSolution& solution, const char* chain, std::uint32_t keyframe) {
+  const SolvedAnchor* anchor = solution.find(AnchorId{chain_id(chain), keyframe});
+  if (anchor == nullptr) ADD_FAILURE() << chain << keyframe << " is not in the solution";
+  return anchor ? from_quantized(anchor->T_map_anchor) : Pose{};
+}
+
+// Two lines beside each other, linked straight across in so many places.
+PoseGraph two_lines(std::uint32_t places, const PoseGraphConfig& config = {}) {
+  PoseGraph graph(config);
+  EXPECT_TRUE(graph.set_chain(chain_id("a"), line(20)));
+  EXPECT_TRUE(graph.set_chain(chain_id("b"), line(20)));
+  for (std::uint32_t i = 0; i < places; ++i) EXPECT_TRUE(graph.set_link(link("a", 2 * i, "b", 2 * i, shift(0, 3))));
+  return graph;
+}
+
+const PairVerdict& only_pair(const GraphSolution& solution) {
+  EXPECT_EQ(solution.pairs.size(), 1u);
+  return solution.pairs.front();
+}
+
+TEST(PoseGraph, AChainAloneIsItsOdometryFromItsFirstPose) {
+  PoseGraph graph;
+  std::vector<ChainAnchor> anchors = line(3);
+  anchors[0].T_previous_anchor = shift(5, 6, 7);
+  ASSERT_TRUE(graph.set_chain(chain_id("a"), anchors));
+  const GraphSolution solution = graph.solve();
+  EXPECT_EQ(pose_of(solution, "a", 2).t, Vector3d(7, 6, 7));
+  ASSERT_EQ(solution.components.size(), 1u);
+  EXPECT_EQ(solution.components[0].reference, (AnchorId{chain_id("a"), 0}));
+  EXPECT_TRUE(solution.changed);
+}
+
+TEST(PoseGraph, FourLinksFromTwoPlacesJoin) {
+  const GraphSolution solution = two_lines(4).solve();
+  ASSERT_EQ(solution.components.size(), 1u);
+  EXPECT_LT((pose_of(solution, "b", 19).t - Vector3d(19, 3, 0)).norm(), 1e-4);
+  EXPECT_EQ(only_pair(solution).used, 4u);
+  EXPECT_EQ(only_pair(solution).places, 4u);
+}
+
+TEST(PoseGraph, ThreeLinksDoNotAndItSaysSo) {
+  const GraphSolution solution = two_lines(3).solve();
+  ASSERT_EQ(solution.components.size(), 2u);
+  EXPECT_EQ(solution.components[1].chains, std::vector{chain_id("b")});
+  EXPECT_EQ(solution.components[1].reason, JoinReason::too_few_links);
+  EXPECT_EQ(solution.components[1].number, 3);
+  for (const LinkVerdict& verdict : solution.links) EXPECT_EQ(verdict.use, LinkUse::chains_apart);
+}
+
+TEST(PoseGraph, LinksFromOnePlaceJoinOnlyWhenThereAreMany) {
+  const auto with = [](std::uint32_t count) {
+    PoseGraph graph = two_lines(0);
+    for (std::uint32_t i = 0; i < count; ++i) {  // keyframes that hang on the same two anchors
+      GraphLink l = link("a", 5, "b", 5, shift(0, 3));
+      l.b.keyframe = 5 + i;
+      EXPECT_TRUE(graph.set_link(l));
+    }
+    return graph.solve();
+  };
+  EXPECT_EQ(only_pair(with(11)).reason, JoinReason::one_place);
+  EXPECT_EQ(only_pair(with(11)).places, 1u);
+  EXPECT_EQ(only_pair(with(12)).reason, JoinReason::joined);
+}
+
+TEST(PoseGraph, ASecondGroupOfMoreThanHalfIsALookAlike) {
+  const auto with = [](std::uint32_t second) {
+    PoseGraph graph = two_lines(6);
+    for (std::uint32_t i = 0; i < second; ++i)
+      EXPECT_TRUE(graph.set_link(link("a", 2 * i, "b", 2 * i + 5, shift(0, 8))));
+    return graph.solve();
+  };
+  EXPECT_EQ(only_pair(with(3)).reason, JoinReason::joined);
+  const GraphSolution refused = with(4);
+  EXPECT_EQ(only_pair(refused).reason, JoinReason::look_alike);
+  EXPECT_EQ(only_pair(refused).number, 4);
+  EXPECT_EQ(refused.components.size(), 2u);
+}
+
+TEST(PoseGraph, LinksHangOnAnchorsByTheirKeyframes) {
+  PoseGraph graph = two_lines(0);
+  for (std::uint32_t i = 0; i < 4; ++i) {  // the keyframe is 0.5 m on and turned, so the link is, too
+    GraphLink l = link("a", 2 * i, "b", 2 * i, {});
+    l.b.T_anchor_keyframe = {test::rotation({0, 0, 1}, 0.4), {0.5, 0, 0}};
+    l.T_a_b = shift(0, 3) * l.b.T_anchor_keyframe;
+    ASSERT_TRUE(graph.set_link(l));
+  }
+  EXPECT_LT((pose_of(graph.solve(), "b", 0).t - Vector3d(0, 3, 0)).norm(), 1e-4);
+}
+
+TEST(PoseGraph, TheOrderOfInsertionChangesNothing) {
+  PoseGraphTeam team(7);
+  team.add_right_links(40);
+  team.add_random_wrong_links(90);
+  const GraphSolution solution = team.graph().solve();
+  PoseGraph shuffled;
+  test::SplitMix random(1);
+  std::vector<GraphLink> links = team.links();
+  for (std::size_t i = links.size(); i > 1; --i) std::swap(links[i - 1], links[random.next() % i]);
+  for (const GraphLink& l : links) ASSERT_TRUE(shuffled.set_link(l));
+  for (int c = 2; c >= 0; --c)
+    for (const ChainAnchor& anchor : team.chain(c))
+      ASSERT_TRUE(shuffled.set_anchor(PoseGraphTeam::chain_id(c), anchor));
+  const GraphSolution other = shuffled.solve();
+  ASSERT_EQ(other.anchors.size(), solution.anchors.size());
+  for (std::size_t i = 0; i < solution.anchors.size(); ++i)
+    EXPECT_EQ(other.anchors[i].T_map_anchor, solution.anchors[i].T_map_anchor);
+  for (std::size_t i = 0; i < solution.links.size(); ++i) EXPECT_EQ(other.links[i].number, solution.links[i].number);
+}
+
+TEST(PoseGraph, OwnLoopsBendADriftedRing) {
+  // Sixty steps round a ring; odometry turns a little too little each time and does not close it.
+  constexpr double kTurn = 2 * 3.14159265358979 / 60;
+  const auto way = [](double turn, int steps) {
+    Pose out;
+    for (int i = 0; i < steps; ++i) out = out * Pose{test::rotation({0, 0, 1}, turn), {1, 0, 0}};
+    return out;
+  };
+  PoseGraph graph;
+  std::vector<ChainAnchor> anchors = line(60);
+  for (std::size_t i = 1; i < 60; ++i) anchors[i].T_previous_anchor = way(kTurn - 0.001, 1);
+  ASSERT_TRUE(graph.set_chain(chain_id("a"), anchors));
+  const auto error_m = [&](const GraphSolution& solution) {
+    return (pose_of(solution, "a", 59).t - way(kTurn, 59).t).norm();
+  };
+  EXPECT_GT(error_m(graph.solve()), 0.3);
+  for (std::uint32_t i = 0; i < 3; ++i) ASSERT_TRUE(graph.set_link(link("a", i, "a", 57 + i, way(kTurn, 57))));
+  const GraphSolution solution = graph.solve();
+  EXPECT_EQ(only_pair(solution).used, 3u);
+  EXPECT_LT(error_m(solution), 0.05);
+}
+
+TEST(PoseGraph, AnOwnLoopThatOdometryRulesOutIsRefused) {
+  PoseGraph graph;
+  ASSERT_TRUE(graph.set_chain(chain_id("a"), line(20)));
+  for (std::uint32_t i = 0; i < 6; ++i) ASSERT_TRUE(graph.set_link(link("a", i, "a", 10 + i, shift(2))));
+  const GraphSolution solution = graph.solve();
+  for (const LinkVerdict& verdict : solution.links) {
+    EXPECT_EQ(verdict.use, LinkUse::contradicts_chain);
+    EXPECT_GT(verdict.number, 16.81);
+  }
+  EXPECT_LT((pose_of(solution, "a", 19).t - Vector3d(19, 0, 0)).norm(), 1e-4);
+}
+
+TEST(PoseGraph, ThreeChainsWhereOnePairIsALookAlike) {
+  // a-b and b-c are right; a-c says six times from three places that c is elsewhere.
+  PoseGraph graph = two_lines(8);
+  ASSERT_TRUE(graph.set_chain(chain_id("c"), line(20)));
+  for (std::uint32_t i = 0; i < 8; ++i) ASSERT_TRUE(graph.set_link(link("b", 2 * i, "c", 2 * i, shift(0, 3))));
+  for (std::uint32_t i = 0; i < 6; ++i) ASSERT_TRUE(graph.set_link(link("a", 3 * i, "c", 3 * i, shift(0, 20))));
+  const GraphSolution solution = graph.solve();
+  ASSERT_EQ(solution.components.size(), 1u);
+  EXPECT_LT((pose_of(solution, "c", 0).t - pose_of(solution, "a", 0).t - Vector3d(0, 6, 0)).norm(), 1e-3);
+  const auto& pair = solution.pairs[1];
+  EXPECT_EQ(pair.b, chain_id("c"));
+  EXPECT_EQ(pair.reason, JoinReason::contradicts_graph);
+  EXPECT_EQ(pair.used, 0u);
+}
+
+TEST(PoseGraph, ALinkThatIsTakenBackPartsTheMap) {
+  PoseGraph graph = two_lines(4);
+  const GraphSolution joined = graph.solve();
+  graph.remove_link(graph.links().begin()->first);
+  const GraphSolution parted = graph.solve(&joined);
+  EXPECT_EQ(parted.components.size(), 2u);
+  EXPECT_TRUE(parted.changed);
+}
+
+TEST(PoseGraph, TheLargestGroupIsTheMapAndItsBestMatchedChainTheReference) {
+  PoseGraph graph;
+  for (const char* name : {"a", "b", "c", "d"}) ASSERT_TRUE(graph.set_chain(chain_id(name), line(20)));
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    ASSERT_TRUE(graph.set_link(link("b", 2 * i, "c", 2 * i, shift(0, 3))));
+    ASSERT_TRUE(graph.set_link(link("c", 2 * i, "d", 2 * i, shift(0, 3))));
+  }
+  const GraphSolution solution = graph.solve();
+  ASSERT_EQ(solution.components.size(), 2u);
+  EXPECT_EQ(solution.components[0].chains.size(), 3u);
+  EXPECT_EQ(solution.components[0].reference, (AnchorId{chain_id("c"), 0}));
+  EXPECT_EQ(solution.components[1].reason, JoinReason::no_links);
+  // More and better links elsewhere do not change it while it is in the map.
+  for (std::uint32_t i = 0; i < 9; ++i) {
+    GraphLink l = link("b", 2 * i, "d", 2 * i, shift(0, 6));
+    l.inliers = 900;
+    ASSERT_TRUE(graph.set_link(l));
+  }
+  EXPECT_EQ(graph.solve().components[0].reference, (AnchorId{chain_id("b"), 0}));
+  EXPECT_EQ(graph.solve(&solution).components[0].reference, (AnchorId{chain_id("c"), 0}));
+  // When it leaves, the frame stays nevertheless.
+  const Pose before = pose_of(solution, "b", 3);
+  graph.remove_chain(chain_id("c"));
+  const GraphSolution without = graph.solve(&solution);
+  EXPECT_LT((pose_of(without, "b", 3).t - before.t).norm(), 1e-9);
+}
+
+TEST(PoseGraph, WhatHardlyMovesKeepsItsPoseInUse) {
+  PoseGraph graph = two_lines(4);
+  const GraphSolution in_use = graph.solve();
+  EXPECT_FALSE(graph.solve(&in_use).changed);
+  ASSERT_TRUE(graph.set_link(link("a", 9, "b", 9, shift(0, 3.002))));  // bends b by less than 5 mm
+  const GraphSolution next = graph.solve(&in_use);
+  EXPECT_TRUE(next.changed) << "a link more is in use";
+  for (std::size_t i = 0; i < next.anchors.size(); ++i) {
+    EXPECT_FALSE(next.anchors[i].moved);
+    EXPECT_EQ(next.anchors[i].T_map_anchor, in_use.anchors[i].T_map_anchor);
+  }
+  GraphSolution off = in_use;  // in use is somewhere else by more than that
+  for (SolvedAnchor& anchor : off.anchors)
+    if (anchor.id.chain == chain_id("b")) anchor.T_map_anchor.t_10um[1] += 700;
+  const GraphSolution moved = graph.solve(&off);
+  EXPECT_TRUE(moved.find(AnchorId{chain_id("b"), 4})->moved);
+  EXPECT_FALSE(moved.find(AnchorId{chain_id("a"), 4})->moved);
+}
+
+TEST(PoseGraph, NewAnchorsHangOnTheLastOnes) {
+  PoseGraph graph = two_lines(4);
+  const GraphSolution in_use = graph.solve();
+  ChainAnchor more = line(2)[1];
+  more.keyframe = 20;
+  ASSERT_TRUE(graph.set_anchor(chain_id("b"), more));
+  const GraphSolution next = graph.solve(&in_use);
+  EXPECT_TRUE(next.find(AnchorId{chain_id("b"), 20})->moved);
+  EXPECT_LT((pose_of(next, "b", 20).t - Vector3d(20, 3, 0)).norm(), 1e-3);
+}
+
+TEST(PoseGraph, RefusesWhatIsMalformedAndCountsIt) {
+  PoseGraph graph = two_lines(4);
+  const auto refused = [&](const Status& status, const char* why) {
+    ASSERT_FALSE(status.ok());
+    EXPECT_NE(status.error().text().find(why), std::string::npos) << status.error().text();
+  };
+  std::vector<ChainAnchor> anchors = line(3);
+  anchors[2].keyframe = 1;
+  refused(graph.set_chain(chain_id("a"), anchors), "ascending");
+  anchors = line(3);
+  anchors[1].information(3, 3) = -1;
+  refused(graph.set_chain(chain_id("a"), anchors), "positive definite");
+  anchors = line(3);
+  anchors[1].T_previous_anchor.R *= 2;
+  refused(graph.set_chain(chain_id("a"), anchors), "not a motion");
+  refused(graph.set_anchor(chain_id("a"), line(3)[2]), "ascending");
+  refused(graph.set_link(link("b", 1, "a", 1, {})), "a must be before b");
+  GraphLink l = link("a", 1, "b", 1, {});
+  l.inliers = 0;
+  refused(graph.set_link(l), "no inliers");
+  l = link("a", 1, "a", 2, {});
+  l.b.anchor = 1;
+  refused(graph.set_link(l), "one anchor");
+  EXPECT_EQ(graph.refused(), 7u);
+  EXPECT_EQ(graph.anchors(), 40u);
+  EXPECT_EQ(graph.links().size(), 4u);
+}
+
+TEST(PoseGraph, IsBounded) {
+  PoseGraphConfig config;
+  config.max_anchors = 45;
+  config.max_links = 5;
+  PoseGraph graph = two_lines(5, config);
+  EXPECT_FALSE(graph.set_chain(chain_id("c"), line(6)).ok());
+  EXPECT_TRUE(graph.set_chain(chain_id("c"), line(5)).ok());
+  ChainAnchor more = line(6)[5];
+  EXPECT_FALSE(graph.set_anchor(chain_id("c"), more).ok());
+  EXPECT_FALSE(graph.set_link(link("a", 1, "b", 1, {})).ok());
+  EXPECT_TRUE(graph.set_link(link("a", 0, "b", 0, shift(0, 3))).ok()) << "replacing is no growth";
+  EXPECT_EQ(graph.refused(), 3u);
+}
+
+TEST(PoseGraph, LinksWaitForTheirAnchors) {
+  PoseGraph graph;
+  ASSERT_TRUE(graph.set_link(link("a", 1, "b", 1, {})));
+  EXPECT_EQ(graph.solve().links.at(0).use, LinkUse::no_anchor);
+  ASSERT_TRUE(graph.set_chain(chain_id("a"), line(3)));
+  ASSERT_TRUE(graph.set_chain(chain_id("b"), line(3)));
+  EXPECT_EQ(graph.solve().links.at(0).use, LinkUse::chains_apart);
+}
+
+}  // namespace
+}  // namespace onemap::mapping
