@@ -14,14 +14,14 @@
 namespace onemap::mapping {
 namespace {
 
-Vector6d small(test::SplitMix& random, double size) {
+Vector6d small(test::Random& random, double size) {
   Vector6d d;
   for (int i = 0; i < 6; ++i) d[i] = random.uniform(-size, size);
   return d;
 }
 
 TEST(PoseGraphSe3, AdjointMovesASmallMotionThroughAPose) {
-  test::SplitMix random(1);
+  test::Random random(1);
   for (int i = 0; i < 20; ++i) {
     const Pose X = test::random_pose(random, 3, 5);
     const Vector6d d = small(random, 1e-5);
@@ -31,7 +31,7 @@ TEST(PoseGraphSe3, AdjointMovesASmallMotionThroughAPose) {
 }
 
 TEST(PoseGraphSe3, SlopesAreThoseOfDifferences) {
-  test::SplitMix random(2);
+  test::Random random(2);
   for (int i = 0; i < 20; ++i) {
     const Pose X_a = test::random_pose(random, 3, 5), X_b = test::random_pose(random, 3, 5);
     const GraphEdge edge{0, 1, X_a.inverse() * X_b * test::random_pose(random, 1, 1), Matrix6d::Identity()};
@@ -60,7 +60,7 @@ std::size_t clique_number(const AgreementGraph& graph) {
 }
 
 TEST(PoseGraphClique, IsTheLargest) {
-  test::SplitMix random(3);
+  test::Random random(3);
   for (int round = 0; round < 40; ++round) {
     AgreementGraph graph(14);
     for (std::size_t i = 0; i < 14; ++i)
@@ -76,7 +76,7 @@ TEST(PoseGraphClique, IsTheLargest) {
 }
 
 TEST(PoseGraphClique, FindsAPlantedGroupAmongManyAndWithoutAnySteps) {
-  test::SplitMix random(4);
+  test::Random random(4);
   AgreementGraph graph(300);
   for (std::size_t i = 0; i < 300; ++i)
     for (std::size_t j = i + 1; j < 300; ++j)
@@ -111,18 +111,19 @@ TEST(PoseGraphKeep, TheFarthestCornerDecides) {
 // Links across a long way with drift: right ones agree, because the covariance grows with the way and its lever arms.
 TEST(PoseGraphAgreement, RightLinksAgreeHoweverFarApart) {
   int agree = 0, all = 0;
-  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
     test::PoseGraphTeam team(seed, {.chains = 2, .anchors = 200, .drift_m = 0.01, .drift_rad = 0.01, .step_m = 0.5});
     team.add_right_links(12);
     const PoseGraph graph = team.graph();
     const GraphIndex index = index_of(graph, {});
     std::vector<const GraphEdge*> edges;
     for (const IndexedLink& link : index.links) edges.push_back(&link.edge);
-    const AgreementGraph agreement = agreement_of(chain_frames(index), edges, 16.81);
+    const AgreementGraph agreement = agreement_of(chain_frames(index), edges, false, 16.81);
     for (std::size_t i = 0; i < edges.size(); ++i)
       for (std::size_t j = 0; j < i; ++j) ++all, agree += agreement.agree(i, j);
   }
-  EXPECT_GT(agree, all * 97 / 100) << "of " << all << "; 99 % by the bound";
+  EXPECT_GT(agree, all * 98 / 100) << "of " << all
+                                   << "; 99 % by the bound, less what is not linear in a radian of drift";
   EXPECT_LT(agree, all) << "the bound is not so wide that nothing fails";
 }
 

@@ -64,7 +64,7 @@ TEST(PoseGraph, AChainAloneIsItsOdometryFromItsFirstPose) {
   anchors[0].T_previous_anchor = shift(5, 6, 7);
   ASSERT_TRUE(graph.set_chain(chain_id("a"), anchors));
   const GraphSolution solution = graph.solve();
-  EXPECT_EQ(pose_of(solution, "a", 2).t, Vector3d(7, 6, 7));
+  EXPECT_LT((pose_of(solution, "a", 2).t - Vector3d(7, 6, 7)).norm(), 1e-9);
   ASSERT_EQ(solution.components.size(), 1u);
   EXPECT_EQ(solution.components[0].reference, (AnchorId{chain_id("a"), 0}));
   EXPECT_TRUE(solution.changed);
@@ -133,7 +133,7 @@ TEST(PoseGraph, TheOrderOfInsertionChangesNothing) {
   team.add_random_wrong_links(90);
   const GraphSolution solution = team.graph().solve();
   PoseGraph shuffled;
-  test::SplitMix random(1);
+  test::Random random(1);
   std::vector<GraphLink> links = team.links();
   for (std::size_t i = links.size(); i > 1; --i) std::swap(links[i - 1], links[random.next() % i]);
   for (const GraphLink& l : links) ASSERT_TRUE(shuffled.set_link(l));

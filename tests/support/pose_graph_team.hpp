@@ -35,12 +35,29 @@ class PoseGraphTeam {
       const auto [a, b] = two_chains();
       const int i = anchor(), j = anchor();
       if ((truth(a, i).t - truth(b, j).t).norm() > 3) continue;
-      if (add(a, i, b, j, noisy(truth(a, i).inverse() * truth(b, j)))) --count;
+      if (!add(a, i, b, j, noisy(truth(a, i).inverse() * truth(b, j)))) continue;
+      right_.insert(links_.back().id());
+      --count;
     }
-    for (const auto& link : links_) right_.insert(link.id());
   }
   void add_right_link(int a, int i, int b, int j) {
     if (add(a, i, b, j, noisy(truth(a, i).inverse() * truth(b, j)))) right_.insert(links_.back().id());
+  }
+  // Own loops: places that a chain comes back to, at least 15 anchors later.
+  void add_right_loops(int count) {
+    while (count > 0) {
+      const int c = a_chain(), i = anchor(), j = anchor();
+      if (j < i + 15 || (truth(c, i).t - truth(c, j).t).norm() > 3) continue;
+      if (!add(c, i, c, j, noisy(truth(c, i).inverse() * truth(c, j)))) continue;
+      right_.insert(links_.back().id());
+      --count;
+    }
+  }
+  void add_random_wrong_loops(int count) {
+    while (count > 0) {
+      const int c = a_chain(), i = anchor(), j = anchor();
+      if (i < j && add(c, i, c, j, random_pose(random_, 3.1, 3))) --count;
+    }
   }
   void add_random_wrong_links(int count) {
     while (count > 0) {
@@ -51,11 +68,15 @@ class PoseGraphTeam {
   // Links that agree with each other on one wrong place of chain b in chain a; from one place, or all along.
   void add_look_alikes(int count, bool one_place) {
     const auto [a, b] = two_chains();
+    add_look_alikes(count, one_place, a, b);
+  }
+  void add_look_alikes(int count, bool one_place, int a, int b) {
     mapping::Pose wrong = random_pose(random_, 0, 8);
     wrong.R = rotation({0, 0, 1}, random_.uniform(-3.1, 3.1));
     const int i0 = std::min(anchor(), spec_.anchors - 4), j0 = std::min(anchor(), spec_.anchors - 4);
-    while (count > 0) {
-      const int i = one_place ? near(i0) : anchor(), j = one_place ? near(j0) : anchor();
+    for (int tries = 0; count > 0; ++tries) {  // wider where others have taken the anchors
+      const int reach = 4 + tries / 16;
+      const int i = one_place ? near(i0, reach) : anchor(), j = one_place ? near(j0, reach) : anchor();
       if (add(a, i, b, j, noisy(truth(a, i).inverse() * wrong * truth(b, j)))) --count;
     }
   }
@@ -103,11 +124,13 @@ class PoseGraphTeam {
 
  private:
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
-  int anchor() { return static_cast<int>(random_.next() % static_cast<std::uint64_t>(spec_.anchors)); }
-  int near(int i) { return std::min(spec_.anchors - 1, i + static_cast<int>(random_.next() % 4)); }
+  int anchor() { return static_cast<int>(random_.integer(0, spec_.anchors - 1)); }
+  int near(int i, int reach) {
+    return std::min(spec_.anchors - 1, i + static_cast<int>(random_.integer(0, reach - 1)));
+  }
+  int a_chain() { return static_cast<int>(random_.integer(0, spec_.chains - 1)); }
   std::pair<int, int> two_chains() {
-    const auto n = static_cast<std::uint64_t>(spec_.chains);
-    const int a = static_cast<int>(random_.next() % n), b = static_cast<int>(random_.next() % n);
+    const int a = a_chain(), b = a_chain();
     return a == b ? two_chains() : std::pair{std::min(a, b), std::max(a, b)};
   }
   mapping::Pose noise(double rotation_rad, double translation_m) {
@@ -150,8 +173,7 @@ class PoseGraphTeam {
               .anchor = static_cast<std::uint32_t>(j),
               .T_anchor_keyframe = {}};
     link.T_a_b = T_a_b;
-    for (const auto& other : links_)
-      if (other.id() == link.id()) return false;
+    if (!taken_.insert(link.id()).second) return false;
     links_.push_back(link);
     return true;
   }
@@ -164,12 +186,12 @@ class PoseGraphTeam {
     return ((solved(x).inverse() * solved(y)).t - (true_pose(x).inverse() * true_pose(y)).t).norm();
   }
 
-  SplitMix random_;
+  Random random_;
   TeamSpec spec_;
   std::vector<std::vector<mapping::Pose>> truth_;
   std::vector<std::vector<mapping::ChainAnchor>> chains_;
   std::vector<mapping::GraphLink> links_;
-  std::set<mapping::LinkId> right_;
+  std::set<mapping::LinkId> right_, taken_;
 };
 
 }  // namespace onemap::test

@@ -15,7 +15,6 @@ enum class LinkUse : std::uint8_t {
   contradicts_chain,  // an own loop that odometry rules out; number: chi square
   chains_apart,       // nothing joins its two chains
   outlier,            // the graph that holds its ends rules it out; number: its squared error in sigmas
-  count
 };
 std::string_view to_string(LinkUse use);
 
@@ -32,7 +31,6 @@ enum class JoinReason : std::uint8_t {
   one_place,          // they agree, and are all from one place; number: how many agree
   look_alike,         // a second group contradicts the first; number: links of the second
   contradicts_graph,  // they agree with each other, and the rest of the graph rules them out; number: how many are left
-  count
 };
 std::string_view to_string(JoinReason reason);
 

@@ -23,6 +23,7 @@ ChainFrames chain_frames(const GraphIndex& index) {
       out.covariance.push_back(out.covariance.back() + to_chain * step * to_chain.transpose());
       out.T_chain_anchor.push_back(pose);
     }
+  for (const Matrix6d& covariance : out.covariance) out.turn.push_back(covariance.topLeftCorner<3, 3>().trace());
   return out;
 }
 

@@ -11,6 +11,7 @@ struct ChainFrames {
   // Covariance of the way from the chain's first anchor, as small motions in the chain's frame (so with the lever arms
   // of every step's rotation); that of the way between two anchors is the difference of theirs.
   std::vector<Matrix6d> covariance;
+  std::vector<double> turn;  // trace of the covariance's rotation part: the same in every frame
 
   Matrix6d between(std::size_t a, std::size_t b) const {
     return a < b ? Matrix6d(covariance[b] - covariance[a]) : Matrix6d(covariance[a] - covariance[b]);

@@ -8,6 +8,8 @@ namespace {
 
 constexpr std::uint32_t kKeyframeEnd = 1u << 20;  // g2o's vertex ids keep twenty bits for it
 constexpr double kFarthest_m = 21'000;            // what a pose in records can say
+constexpr double kMostInformation = 1e14;         // sure to a tenth of a micrometre or microradian
+constexpr double kMostVariance = 1e6;             // unsure by a kilometre
 constexpr double kHalfMost_m = 1'000;             // a box is a submap's
 
 bool is_rotation(const Matrix3d& R) {
@@ -23,11 +25,15 @@ bool is_motion(const Pose& pose) {
 bool is_information(const Matrix6d& m) {
   if (!m.allFinite() || (m - m.transpose()).cwiseAbs().maxCoeff() > 1e-9 * m.cwiseAbs().maxCoeff()) return false;
   const Eigen::LLT<Matrix6d> llt(m);
-  return llt.info() == Eigen::Success;
+  if (llt.info() != Eigen::Success) return false;
+  const Matrix6d covariance = llt.solve(Matrix6d::Identity());
+  return m.diagonal().maxCoeff() <= kMostInformation && covariance.diagonal().minCoeff() > 0 &&
+         covariance.diagonal().maxCoeff() <= kMostVariance;
 }
 
 std::string fault_of(const LinkEnd& end) {
   if (end.keyframe >= kKeyframeEnd) return "keyframe number of 2^20 or more";
+  if (end.anchor > end.keyframe) return "keyframe " + std::to_string(end.keyframe) + " hangs on a later anchor";
   if (!is_motion(end.T_anchor_keyframe)) return "T_anchor_keyframe is not a motion";
   return {};
 }
@@ -37,7 +43,8 @@ std::string fault_of(const LinkEnd& end) {
 std::string fault_of(const ChainAnchor& anchor) {
   if (anchor.keyframe >= kKeyframeEnd) return "keyframe number of 2^20 or more";
   if (!is_motion(anchor.T_previous_anchor)) return "T_previous_anchor is not a motion";
-  if (!is_information(anchor.information)) return "information is not symmetric and positive definite";
+  if (!is_information(anchor.information))
+    return "information is not symmetric and positive definite, with sigmas of 1e-7 to 1e3";
   if (!anchor.box_centre_m.allFinite() || !(anchor.box_half_m.array() >= 0).all() ||
       !(anchor.box_half_m.array() <= kHalfMost_m).all() || anchor.box_centre_m.cwiseAbs().maxCoeff() > kHalfMost_m)
     return "box is not a box of at most 1 km";

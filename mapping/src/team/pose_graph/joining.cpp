@@ -87,7 +87,7 @@ void find_groups(const GraphIndex& index, const ChainFrames& frames, const JoinC
                  ChainPair& pair) {
   std::vector<const GraphEdge*> edges;
   for (std::size_t i : links) edges.push_back(&index.links[i].edge);
-  const AgreementGraph graph = agreement_of(frames, edges, config.chi2);
+  const AgreementGraph graph = agreement_of(frames, edges, pair.own(), config.chi2);
   std::vector<std::size_t> all(links.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   const std::vector<std::size_t> group = largest_clique(graph, all, config.clique_steps);
@@ -99,7 +99,7 @@ void find_groups(const GraphIndex& index, const ChainFrames& frames, const JoinC
   pair.verdict.links = static_cast<std::uint32_t>(links.size());
   pair.verdict.agree = static_cast<std::uint32_t>(group.size());
   pair.verdict.second = static_cast<std::uint32_t>(second.size());
-  pair.verdict.places = count_places(index, frames, pair.agreeing, config.place_distance_m);
+  pair.verdict.places = count_places(index, frames, pair.agreeing, config);
   if (!group.empty()) pair.best = best_of(index, pair.agreeing);
 }
 
@@ -124,7 +124,7 @@ JoinReason support(const JoinConfig& config, std::uint32_t links, std::uint32_t 
 }
 
 std::uint32_t count_places(const GraphIndex& index, const ChainFrames& frames, const std::vector<std::size_t>& links,
-                           double distance_m) {
+                           const JoinConfig& config) {
   std::vector<std::pair<Vector3d, Vector3d>> ends;
   for (std::size_t i : links) {
     const IndexedLink& link = index.links[i];
@@ -132,11 +132,12 @@ std::uint32_t count_places(const GraphIndex& index, const ChainFrames& frames, c
                       frames.T_chain_anchor[link.edge.b] * link.link->b.T_anchor_keyframe.t);
   }
   const auto apart = [&](const auto& x, const auto& y) {
-    return (x.first - y.first).norm() >= distance_m && (x.second - y.second).norm() >= distance_m;
+    return (x.first - y.first).norm() >= config.place_distance_m &&
+           (x.second - y.second).norm() >= config.place_distance_m;
   };
-  // From every link on, what is far from all that was taken: the most that any start gives. For two places it is exact.
+  // From every link on, what is far from all that was taken, until a start gives enough. For two places it is exact.
   std::size_t most = 0;
-  for (std::size_t start = 0; start < ends.size(); ++start) {
+  for (std::size_t start = 0; start < ends.size() && most < config.places; ++start) {
     std::vector<std::size_t> taken{start};
     for (std::size_t i = 0; i < ends.size(); ++i)
       if (std::all_of(taken.begin(), taken.end(), [&](std::size_t t) { return apart(ends[i], ends[t]); }))

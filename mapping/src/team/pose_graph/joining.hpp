@@ -28,9 +28,10 @@ struct Joining {
 // Which pairs of chains may be joined by their links, and by which.
 Joining join_chains(const GraphIndex& index, const ChainFrames& frames, const JoinConfig& config);
 
-// How many of the links (of the index) are from different places: ends at least so far apart on both chains.
+// How many of the links (of the index) are from different places, at least: ends so far apart on both chains. It stops
+// looking for more where there are enough.
 std::uint32_t count_places(const GraphIndex& index, const ChainFrames& frames, const std::vector<std::size_t>& links,
-                           double distance_m);
+                           const JoinConfig& config);
 
 // Whether so many links from so many places may join two chains.
 JoinReason support(const JoinConfig& config, std::uint32_t links, std::uint32_t places);

@@ -1,7 +1,6 @@
 #include "mapping/team/pose_graph_solution.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace onemap::mapping {
 
@@ -17,20 +16,39 @@ auto* find_sorted(const Rows& rows, const Id& id) {
 }  // namespace
 
 std::string_view to_string(LinkUse use) {
-  constexpr std::array<std::string_view, static_cast<std::size_t>(LinkUse::count)> names{
-      "used",         "no anchor yet", "better ones of the same anchors", "contradicts its chain's odometry",
-      "chains apart", "outlier"};
-  return use < LinkUse::count ? names[static_cast<std::size_t>(use)] : "count";
+  switch (use) {
+    case LinkUse::used:
+      return "used";
+    case LinkUse::no_anchor:
+      return "no anchor yet";
+    case LinkUse::surplus:
+      return "better ones of the same anchors";
+    case LinkUse::contradicts_chain:
+      return "contradicts its chain's odometry";
+    case LinkUse::chains_apart:
+      return "chains apart";
+    case LinkUse::outlier:
+      return "outlier";
+  }
+  return "?";
 }
 
 std::string_view to_string(JoinReason reason) {
-  constexpr std::array<std::string_view, static_cast<std::size_t>(JoinReason::count)> names{"joined",
-                                                                                            "no links",
-                                                                                            "too few links that agree",
-                                                                                            "all links from one place",
-                                                                                            "look-alike",
-                                                                                            "contradicts the graph"};
-  return reason < JoinReason::count ? names[static_cast<std::size_t>(reason)] : "count";
+  switch (reason) {
+    case JoinReason::joined:
+      return "joined";
+    case JoinReason::no_links:
+      return "no links";
+    case JoinReason::too_few_links:
+      return "too few links that agree";
+    case JoinReason::one_place:
+      return "all links from one place";
+    case JoinReason::look_alike:
+      return "look-alike";
+    case JoinReason::contradicts_graph:
+      return "contradicts the graph";
+  }
+  return "?";
 }
 
 const SolvedAnchor* GraphSolution::find(const AnchorId& id) const { return find_sorted(anchors, id); }

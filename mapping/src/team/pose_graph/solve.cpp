@@ -34,8 +34,10 @@ void withdraw_unsupported(const GraphIndex& index, const ChainFrames& frames, co
   for (ChainPair& pair : joining.pairs) {
     if (pair.own() || !pair.joined()) continue;
     const std::vector<std::size_t> left = survivors(pair, groups);
-    const std::uint32_t places = count_places(index, frames, left, config.place_distance_m);
     const auto links = static_cast<std::uint32_t>(left.size());
+    // Places are counted of a few only: so many links are enough from one.
+    const std::uint32_t places =
+        links < config.links_in_one_place ? count_places(index, frames, left, config) : config.places;
     if (support(config, links, places) == JoinReason::joined) continue;
     pair.verdict.reason = JoinReason::contradicts_graph;
     pair.verdict.number = links;
@@ -52,15 +54,18 @@ bool same_component(const GraphComponent& x, const GraphComponent& y) {
 }
 
 bool differs(const GraphSolution& now, const GraphSolution& before) {
-  const auto link_differs = [&](const LinkVerdict& link) {
+  const auto used = [](const LinkVerdict& link) { return link.use == LinkUse::used; };
+  const auto used_now_only = [&](const LinkVerdict& link) {
     const LinkVerdict* was = before.find(link.id);
-    return (was != nullptr && was->use == LinkUse::used) != (link.use == LinkUse::used);
+    return used(link) && (was == nullptr || !used(*was));
   };
   return now.anchors.size() != before.anchors.size() ||
          std::any_of(now.anchors.begin(), now.anchors.end(), [](const SolvedAnchor& a) { return a.moved; }) ||
          !std::equal(now.components.begin(), now.components.end(), before.components.begin(), before.components.end(),
                      same_component) ||
-         std::any_of(now.links.begin(), now.links.end(), link_differs);
+         std::count_if(now.links.begin(), now.links.end(), used) !=
+             std::count_if(before.links.begin(), before.links.end(), used) ||
+         std::any_of(now.links.begin(), now.links.end(), used_now_only);
 }
 
 }  // namespace
