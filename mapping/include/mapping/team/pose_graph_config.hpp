@@ -23,6 +23,9 @@ struct JoinConfig {
   // A second group of links that contradicts the first is a look-alike, and which of them is right is open while the
   // second has more than this share of the first.
   double second_group_share = 0.5;
+  // Three chains' links close a ring up to this: chi square of 6 degrees of freedom at one in a million. Look-alikes
+  // are wrong by metres, and a ring that is right must not part a map.
+  double ring_chi2 = 38.3;
   // What one pair of anchors may contribute, the best by inliers: more of the same view say nothing new. Enough for
   // robots at one desk, whose every frame hangs on one anchor.
   std::uint32_t links_per_anchor_pair = 16;

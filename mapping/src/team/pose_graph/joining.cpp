@@ -6,6 +6,7 @@
 
 #include "clique.hpp"
 #include "pair_links.hpp"
+#include "triangles.hpp"
 
 namespace onemap::mapping {
 
@@ -162,6 +163,7 @@ Joining join_chains(const GraphIndex& index, const ChainFrames& frames, const Jo
     find_groups(index, frames, config, links, pair);
     judge(config, pair);
   }
+  doubt_triangles(index, frames, config, out.pairs);
   return out;
 }
 

@@ -45,6 +45,8 @@ std::string_view to_string(JoinReason reason) {
       return "all links from one place";
     case JoinReason::look_alike:
       return "look-alike";
+    case JoinReason::contradicts_others:
+      return "contradicts links over third chains";
     case JoinReason::contradicts_graph:
       return "contradicts the graph";
   }
