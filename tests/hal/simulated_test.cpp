@@ -53,7 +53,7 @@ std::vector<Picture> take(const std::string& text, const std::set<std::uint64_t>
 }
 
 TEST(Simulated, SameAddressGivesSameBytes) {
-  for (const std::string scene : {"living-room", "office", "storage", "empty-hall", "corridor", "house"}) {
+  for (const std::string scene : {"living-room", "office", "storage", "empty-hall", "corridor", "house", "ring"}) {
     const std::string text = "simulated:" + scene + "?robot=2&width=160&height=120&seed=4";
     const auto a = take(text, {0, 3}), b = take(text, {0, 3});
     for (std::size_t i = 0; i < 2; ++i) {
@@ -81,7 +81,7 @@ TEST(Simulated, EndsAfterTheGivenFramesWithRisingTimes) {
 
 TEST(Simulated, BadAddressesSayWhatIsValid) {
   const std::vector<std::pair<std::string, std::string>> cases{
-      {"simulated:cellar", "living-room, office, storage, empty-hall, corridor, house"},
+      {"simulated:cellar", "living-room, office, storage, empty-hall, corridor, house, ring"},
       {"simulated:", "living-room"},
       {"simulated:office?robto=1", "known: robot=1..robots"},
       {"simulated:office?robot=0", "whole number from 1 to 3"},

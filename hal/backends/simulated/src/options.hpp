@@ -6,7 +6,7 @@
 
 namespace onemap::hal::simulated {
 
-enum class SceneName { living_room, office, storage, empty_hall, corridor, house };
+enum class SceneName { living_room, office, storage, empty_hall, corridor, house, ring };
 
 // A simulated camera's address, checked; defaults and ranges as in the public header.
 struct Options {

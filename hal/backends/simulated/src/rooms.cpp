@@ -2,6 +2,7 @@
 
 #include "furniture.hpp"
 #include "house.hpp"
+#include "ring.hpp"
 
 namespace onemap::hal::simulated {
 
@@ -171,7 +172,8 @@ Walk walk_in(SceneName name, std::uint64_t seed) {
   switch (name) {
     case SceneName::living_room:
     case SceneName::storage:
-    case SceneName::house:  // has a way of its own: pose_in_house()
+    case SceneName::house:  // has a way of its own: pose_in_house(), pose_in_ring()
+    case SceneName::ring:
       break;
     case SceneName::office:
       walk.half_x_m = 1.3;
@@ -208,6 +210,9 @@ Scene build_scene(SceneName name, std::uint64_t seed) {
       break;
     case SceneName::house:
       house(b);
+      break;
+    case SceneName::ring:
+      ring(b);
       break;
   }
   return b.take();

@@ -7,6 +7,7 @@
 #include "caster.hpp"
 #include "house.hpp"
 #include "options.hpp"
+#include "ring.hpp"
 #include "rooms.hpp"
 #include "sensor.hpp"
 #include "walk.hpp"
@@ -20,6 +21,7 @@ using namespace simulated;
 CameraPose pose_at(const Walk& walk, const Options& options, std::uint64_t frame) {
   const double time_s = static_cast<double>(frame) / options.fps;
   if (options.scene == SceneName::house) return pose_in_house(options.robot, options.seed, time_s);
+  if (options.scene == SceneName::ring) return pose_in_ring(options.robot, options.robots, options.seed, time_s);
   return pose_on_walk(walk, options.robot, options.robots, options.seed, time_s);
 }
 
