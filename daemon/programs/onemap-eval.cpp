@@ -6,6 +6,7 @@
 
 #include "daemon/command_line.hpp"
 #include "evaluation/evaluation.hpp"
+#include "hal/backends/simulated.hpp"
 #include "hal/base/file.hpp"
 
 namespace {
@@ -21,7 +22,8 @@ constexpr const char* kDescription =
     "a comment). Several pairs are one team: its estimates are in one frame and its truths in one frame, and a single\n"
     "rigid transform (no scale) aligns them together, so that a wrong merge counts in full. Printed in metres and\n"
     "degrees, for each robot and the team: matched poses, coverage (matched poses / lines of associations.txt beside\n"
-    "GT; without that file, / estimates), ATE as RMSE, median and maximum, and the RPE as RMSE.";
+    "GT; without that file, / estimates), ATE as RMSE, median and maximum, and the RPE as RMSE.\n\n"
+    "GT may also be the address of a simulated camera (simulated:SCENE?...): then its truth is taken.";
 constexpr const char* kFooter = "Exit status: 0 done, 1 a file cannot be used, 2 wrong options.";
 
 Result<std::vector<TimedPose>> read_trajectory(const std::string& path) {
@@ -30,7 +32,34 @@ Result<std::vector<TimedPose>> read_trajectory(const std::string& path) {
   return parse_trajectory(*text, path);
 }
 
+// The truth of a simulated camera.
+Result<std::vector<TimedPose>> truth_of(const hal::CameraAddress& address) {
+  const auto truth = hal::simulated_truth(address);
+  if (!truth) return truth.error();
+  std::vector<TimedPose> out;
+  for (const hal::SimulatedPose& pose : *truth) {
+    const auto& [x, y, z, w] = pose.q_world_camera_xyzw;
+    TimedPose& timed = out.emplace_back();
+    timed.time_s = to_seconds(pose.time.time_since_epoch());
+    timed.T_world_camera.linear() = Eigen::Quaterniond(w, x, y, z).toRotationMatrix();
+    timed.T_world_camera.translation() = Eigen::Map<const Eigen::Vector3d>(pose.t_world_camera_m.data());
+  }
+  return out;
+}
+
+Result<RobotTrajectories> read_simulated(const std::string& estimate_path, const std::string& text) {
+  const auto address = hal::parse_camera_address(text);
+  if (!address) return address.error();
+  auto truth = truth_of(*address);
+  if (!truth) return truth.error();
+  auto estimate = read_trajectory(estimate_path);
+  if (!estimate) return estimate.error();
+  const std::size_t frames = truth->size();
+  return RobotTrajectories{estimate_path, text, std::move(*estimate), std::move(*truth), frames};
+}
+
 Result<RobotTrajectories> read_robot(const std::string& estimate_path, const std::string& truth_path) {
+  if (truth_path.starts_with("simulated:")) return read_simulated(estimate_path, truth_path);
   auto estimate = read_trajectory(estimate_path);
   if (!estimate) return estimate.error();
   auto truth = read_trajectory(truth_path);
