@@ -1,6 +1,7 @@
 #include "daemon/app.hpp"
 
 #include <algorithm>
+#include <thread>
 
 #include "daemon/clock.hpp"
 #include "daemon/harvest.hpp"
@@ -40,8 +41,7 @@ Exit App::run(StopSignals& signals) {
   start();
   const End end = work(signals);
   stop();
-  Harvest harvest(config_,
-                  {*capture_, *pipeline_, team_.get(), radio_.get(), !radio_ || standing_.agreed, peak_rss_mb_}, log_);
+  Harvest harvest(config_, {*capture_, *pipeline_, *team_, *radio_, standing_.agreed, peak_rss_mb_}, log_);
   Status written = harvest.write();
   if (auto status = write_status(config_.out + "/status.json", this->status()); !status && written) written = status;
   return verdict(end, written);
@@ -59,14 +59,11 @@ Status App::open_camera() {
 
 Status App::open_rest() {
   if (auto status = make_folder(config_.out); !status) return status;
-  if (!config_.alone())
-    if (auto status = open_team(); !status) return status;
+  if (auto status = open_team(); !status) return status;
   capture_ = std::make_unique<Capture>(*camera_, config_.speed, failures_, log_);
   Outbox outbox;
-  if (radio_) {
-    outbox.publish = [this](OutgoingRecord record) { radio_->publish(std::move(record)); };
-    outbox.finish = [this](std::uint32_t frames) { radio_->finish(frames); };
-  }
+  outbox.publish = [this](OutgoingRecord record) { radio_->publish(std::move(record)); };
+  outbox.finish = [this](std::uint32_t frames) { radio_->finish(frames); };
   pipeline_ = std::make_unique<Pipeline>(config_, camera_->intrinsics(), capture_->frames(), std::move(outbox),
                                          failures_, log_);
   return success();
@@ -86,19 +83,17 @@ Status App::open_team() {
   auto radio = Radio::open(config_, std::move(listener), failures_, log_);
   if (!radio) return radio.error();
   radio_ = std::move(*radio);
-  log_.line("listening at {}, {} peers", radio_->local(), config_.peers.size());
+  if (!config_.alone()) log_.line("listening at {}, {} peers", radio_->local(), config_.peers.size());
   const auto publish = [this](OutgoingRecord record) { radio_->publish(std::move(record)); };
   team_ = std::make_unique<Team>(RobotId::from_name(config_.id), radio_->incarnation(), team, publish, failures_, log_);
   return success();
 }
 
 void App::start() {
-  if (radio_) {
-    const mapping::HelloRecord hello{config_.id, printable(printable(config_.camera).substr(0, 180))};
-    radio_->publish({mapping::Lane::control, mapping::RecordKind::hello, encode(hello)});
-    team_->start();
-    radio_->start();
-  }
+  const mapping::HelloRecord hello{config_.id, printable(printable(config_.camera).substr(0, 180))};
+  radio_->publish({mapping::Lane::control, mapping::RecordKind::hello, encode(hello)});
+  team_->start();
+  radio_->start();
   pipeline_->start();
   capture_->start();
 }
@@ -107,11 +102,17 @@ void App::stop() {
   if (!pipeline_->progress().finished) pipeline_->abandon();
   capture_->stop();
   pipeline_->join();
-  if (radio_) {
-    team_->stop();
-    radio_->stop(kLastWords);
-  }
+  if (config_.alone()) await_map();
+  team_->stop();
+  radio_->stop(kLastWords);
   peak_rss_mb_ = daemon::peak_rss_mb();
+}
+
+// Nobody else's records are missing: the map is soon there.
+void App::await_map() {
+  for (const Instant end = now() + kLastWords; now() < end && !team_->view().settled && !failures_.any();)
+    std::this_thread::sleep_for(kTick / 5);
+  take_standing(now());
 }
 
 App::End App::work(StopSignals& signals) {
@@ -121,7 +122,7 @@ App::End App::work(StopSignals& signals) {
     if (config_.once && done()) return End::done;
   }
   tick();
-  const bool complete = capture_->ended() && pipeline_->progress().finished && (!radio_ || standing_.agreed);
+  const bool complete = capture_->ended() && pipeline_->progress().finished && standing_.agreed;
   return complete ? End::done : End::stopped;
 }
 
@@ -131,7 +132,7 @@ void App::tick() {
     finished_ = true;
     finished_at_ = t;
   }
-  if (radio_) take_standing(t);
+  take_standing(t);
   if (t - status_at_ < kStatusInterval) return;
   status_at_ = t;
   if (auto written = write_status(config_.out + "/status.json", status()); !written)
@@ -151,7 +152,10 @@ void App::take_standing(Instant now) {
   if (standing_.agreed && !agreed_before) {
     agreed_at_ = now;
     const std::string without = team.gone.empty() ? "" : " (without " + names(team.gone) + ", gone silent)";
-    log_.line("all {} robots hold the map {:016x}{}", team.robots_known - team.gone.size(), team.digest, without);
+    if (config_.alone())
+      log_.line("the map is {:016x}", team.digest);
+    else
+      log_.line("all {} robots hold the map {:016x}{}", team.robots_known - team.gone.size(), team.digest, without);
   }
   say_waiting(now);
 }
@@ -163,6 +167,7 @@ void App::say_waiting(Instant now) {
 }
 
 bool App::lingered(Instant now) const {
+  if (config_.alone()) return true;
   const bool peers_heard = radio_->view().peers_never_heard.empty();
   return (peers_heard || now - finished_at_ > seconds(config_.peer_wait_s)) &&
          now - agreed_at_ >= seconds(config_.linger_s);
@@ -171,7 +176,7 @@ bool App::lingered(Instant now) const {
 bool App::done() const {
   if (!finished_) return false;
   const Instant t = now();
-  return !radio_ || (standing_.agreed && lingered(t)) || (standing_.stuck && t - stuck_at_ > kStuckPatience);
+  return (standing_.agreed && lingered(t)) || (standing_.stuck && t - stuck_at_ > kStuckPatience);
 }
 
 Exit App::verdict(End end, const Status& written) {
@@ -182,7 +187,7 @@ Exit App::verdict(End end, const Status& written) {
     return Exit::failed;
   }
   bool complete = end == End::done;
-  if (radio_ && config_.once) {
+  if (config_.once) {
     const RadioView radio = radio_->view();
     for (const std::string& peer : radio.peers_never_heard) log_.line("peer {} was never heard", peer);
     if (radio.left_out > 0)
@@ -204,24 +209,19 @@ DaemonStatus App::status() const {
   s.frames_expected = frames_expected_;
   s.tracked = progress.tracked;
   s.keyframes = progress.keyframes;
-  s.robots_finished = progress.finished ? 1 : 0;
   s.blocks_refused = progress.blocks_refused;
-  bool settled = progress.finished;
-  if (radio_) {
-    const TeamView team = team_->view();
-    const RadioView radio = radio_->view();
-    s.map_digest = team.digest;
-    s.robots_known = team.robots_known;
-    s.robots_finished = team.robots_finished;
-    s.robots_in_map = team.robots_in_map;
-    s.frontier_digest = radio.frontier_digest;
-    s.refused = refusals(team, radio);
-    s.waiting = standing_.waiting;
-    s.stuck = standing_.stuck;
-    settled = settled && team.settled;
-  }
-  s.agreed = radio_ ? standing_.agreed : settled;
-  s.state = settled ? "settled" : progress.finished ? "merging" : "tracking";
+  const TeamView team = team_->view();
+  const RadioView radio = radio_->view();
+  s.map_digest = team.digest;
+  s.robots_known = team.robots_known;
+  s.robots_finished = team.robots_finished;
+  s.robots_in_map = team.robots_in_map;
+  s.frontier_digest = radio.frontier_digest;
+  s.refused = refusals(team, radio);
+  s.waiting = standing_.waiting;
+  s.stuck = standing_.stuck;
+  s.agreed = standing_.agreed;
+  s.state = progress.finished && team.settled ? "settled" : progress.finished ? "merging" : "tracking";
   return s;
 }
 

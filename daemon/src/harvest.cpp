@@ -7,25 +7,19 @@
 #include "daemon/standing.hpp"
 #include "daemon/team_picture.hpp"
 #include "hal/base/file.hpp"
-#include "mapping/team/local_atlas.hpp"
+#include "mapping/team/placed_anchors.hpp"
+#include "mapping/team/way_on_map.hpp"
 #include "render/png_writer.hpp"
 
 namespace onemap::daemon {
 
 namespace {
 SavedPath make_path(const std::string& name, render::Color color, const std::vector<mapping::StampedPose>& poses,
-                    const std::vector<mapping::QuantizedPose>& keyframes,
-                    const mapping::QuantizedPose& T_map_robot = {}) {
-  SavedPath path{name, color, T_map_robot, {}, keyframes};
+                    const std::vector<mapping::QuantizedPose>& keyframes) {
+  SavedPath path{name, color, {}, {}, keyframes};
   path.poses.reserve(poses.size());
   for (const mapping::StampedPose& pose : poses) path.poses.push_back(pose.T_robot_camera);
   return path;
-}
-
-std::vector<mapping::QuantizedPose> keyframe_poses(const mapping::TeamMember& member) {
-  std::vector<mapping::QuantizedPose> out;
-  for (const mapping::KeyframePlace& place : member.places) out.push_back(place.T_robot_keyframe);
-  return out;
 }
 }  // namespace
 
@@ -38,9 +32,9 @@ void Harvest::keep(const Status& status) {
 Status Harvest::write() {
   say_costs();
   keep(guarded("trajectories", [this] { return write_trajectories(); }));
-  if (from_.team)
+  if (!config_.alone())
     keep(guarded("team picture", [this] {
-      return render::write_png(config_.out + "/team.png", draw_team(team_picture(from_.team->map())));
+      return render::write_png(config_.out + "/team.png", draw_team(team_picture(from_.team.map())));
     }));
   keep(guarded("pictures", [this] { return draw(); }));
   // The report comes last: who finds it finds everything else.
@@ -70,16 +64,15 @@ void Harvest::say_costs() const {
 Status Harvest::write_trajectories() const {
   if (auto status = write_text_file(config_.out + "/trajectory.txt", trajectory_text(from_.pipeline.poses())); !status)
     return status;
-  const auto solution = from_.team ? from_.team->map().solution() : std::nullopt;
+  const auto solution = from_.team.map().solution();
   if (!solution) return success();
   if (auto status = make_folder(config_.out + "/global"); !status) return status;
-  const auto& members = from_.team->map().members();
+  const auto& members = from_.team.map().members();
   for (const auto& solved : solution->robots) {
     const auto member = members.find(solved.robot);
     if (member == members.end() || !solved.robot.valid()) continue;  // a file's name is a checked name
     const std::string file = config_.out + "/global/" + solved.robot.name() + ".txt";
-    const std::string text =
-        trajectory_text(member->second.trajectory(), mapping::from_quantized(solved.T_global_robot));
+    const std::string text = trajectory_text(mapping::way_on_map(member->second, solved));
     if (auto status = write_text_file(file, text); !status) return status;
   }
   return success();
@@ -88,39 +81,49 @@ Status Harvest::write_trajectories() const {
 // The same in every picture of the team, whoever draws it.
 render::Color Harvest::color_of(const std::string& robot) const {
   std::vector<std::string> names;
-  if (from_.team)
-    for (const auto& [id, member] : from_.team->map().members()) names.push_back(id.name());
+  for (const auto& [id, member] : from_.team.map().members()) names.push_back(id.name());
   if (std::ranges::find(names, robot) == names.end()) names.push_back(robot);
   const auto place = std::ranges::find(names, robot) - names.begin();
   return render::robot_colors(names)[static_cast<std::size_t>(place)];
 }
 
-MapPicture Harvest::global_picture(const mapping::SolutionRecord& solution) const {
-  const auto& members = from_.team->map().members();
+MapPicture Harvest::solved_picture(const std::string& stem, const std::string& title,
+                                   const mapping::SolutionRecord& solution) const {
+  const auto& members = from_.team.map().members();
   std::vector<SavedPath> paths;
   for (const auto& solved : solution.robots)
     if (const auto member = members.find(solved.robot); member != members.end())
-      paths.push_back(make_path(solved.robot.name(), color_of(solved.robot.name()), member->second.trajectory(),
-                                keyframe_poses(member->second), solved.T_global_robot));
-  return {config_.out + "/global", save_map("global map", paths, *from_.team->map().map())};
+      paths.push_back(make_path(solved.robot.name(), color_of(solved.robot.name()),
+                                mapping::way_on_map(member->second, solved),
+                                mapping::keyframes_on_map(member->second, solved)));
+  return {config_.out + stem, save_map(title, paths, *from_.team.map().map())};
 }
 
-const mapping::VoxelMap& Harvest::local_map() const {
-  if (!local_) {
-    mapping::AtlasConfig config{config_.mapper.map};
-    config.map.budget_bytes = config_.global_budget_bytes;
-    local_ = mapping::local_atlas(from_.pipeline.mapper(), config);
-  }
+// This robot's own records where its odometry has them: what it would hold without its team.
+const mapping::VoxelMap* Harvest::local_map() const {
+  const RobotId self = RobotId::from_name(config_.id);
+  const auto& members = from_.team.map().members();
+  const auto own = members.find(self);
+  if (own == members.end()) return nullptr;
+  mapping::AtlasConfig config{config_.mapper.map};
+  config.map.budget_bytes = config_.global_budget_bytes;
+  local_.emplace(config);
+  local_->begin({self, {{self, own->second.incarnation, {}}}, 0, 0});
+  local_->add(own->second, [] { return false; });
   return local_->map();
 }
 
 std::vector<MapPicture> Harvest::pictures() const {
+  const std::string local_title = "local map of " + config_.id;
+  const auto solution = from_.team.map().map() != nullptr ? from_.team.map().solution() : std::nullopt;
+  // A robot alone has one map, with its loops closed.
+  if (solution && config_.alone()) return {solved_picture("/local", local_title, *solution)};
+  std::vector<MapPicture> pictures;
   const SavedPath path =
       make_path(config_.id, color_of(config_.id), from_.pipeline.poses(), from_.pipeline.keyframe_poses());
-  std::vector<MapPicture> pictures;
-  pictures.push_back({config_.out + "/local", save_map("local map of " + config_.id, {&path, 1}, local_map())});
-  const auto solution = from_.team ? from_.team->map().solution() : std::nullopt;
-  if (solution && from_.team->map().map()) pictures.push_back(global_picture(*solution));
+  if (const mapping::VoxelMap* local = local_map())
+    pictures.push_back({config_.out + "/local", save_map(local_title, {&path, 1}, *local)});
+  if (solution) pictures.push_back(solved_picture("/global", "global map", *solution));
   return pictures;
 }
 
@@ -140,25 +143,18 @@ RobotReport Harvest::robot_report() const {
 Report Harvest::report() const {
   Report report;
   RobotReport robot = robot_report();
-  if (from_.team) {
-    const TeamView team = from_.team->view();
-    report.same_map = from_.agreed;
-    report.merge_ms = static_cast<std::uint64_t>(to_seconds(team.merge) * 1e3);
-    if (const auto solution = from_.team->map().solution()) {
-      report.reference = solution->reference.name();
-      for (const auto& solved : solution->robots) robot.in_global_map |= solved.robot == RobotId::from_name(config_.id);
-    }
-    robot.map_digest = team.digest;
-    const RadioView radio = from_.radio->view();
-    robot.bytes_sent = radio.bytes_sent;
-    robot.bytes_received = radio.bytes_received;
-    robot.refused = refusals(team, radio);
-  } else {
-    report.same_map = true;
-    report.reference = config_.id;
-    robot.in_global_map = true;
-    robot.map_digest = local_map().digest();
+  const TeamView team = from_.team.view();
+  const RadioView radio = from_.radio.view();
+  report.same_map = from_.agreed;
+  report.merge_ms = static_cast<std::uint64_t>(to_seconds(team.merge) * 1e3);
+  if (const auto solution = from_.team.map().solution()) {
+    report.reference = solution->reference.name();
+    robot.in_global_map = mapping::find_solved(*solution, RobotId::from_name(config_.id)) != nullptr;
   }
+  robot.map_digest = team.digest;
+  robot.bytes_sent = radio.bytes_sent;
+  robot.bytes_received = radio.bytes_received;
+  robot.refused = refusals(team, radio);
   report.global_points = vertices_;
   report.robots.push_back(std::move(robot));
   return report;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
+#include <array>
 #include <charconv>
 #include <optional>
 #include <sstream>
@@ -89,11 +90,9 @@ Status check_memory(const Config& config, const MemoryLimit& limit) {
     const char* key;
     std::size_t bytes;
   };
-  std::vector<Budget> budgets{{"map.budget_mb", config.mapper.map.budget_bytes}};
-  if (!config.alone()) {
-    budgets.push_back({"map.global_budget_mb", config.global_budget_bytes});
-    budgets.push_back({"network.store_budget_mb", config.store_budget_bytes});
-  }
+  const std::array<Budget, 3> budgets{{{"map.budget_mb", config.mapper.map.budget_bytes},
+                                       {"map.global_budget_mb", config.global_budget_bytes},
+                                       {"network.store_budget_mb", config.store_budget_bytes}}};
   std::uint64_t sum = 0;
   std::string each, keys;
   for (const auto& [key, bytes] : budgets) {

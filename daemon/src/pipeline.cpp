@@ -11,11 +11,9 @@ Pipeline::Pipeline(const Config& config, const hal::Intrinsics& intrinsics, Bloc
     : frames_(frames),
       failures_(failures),
       log_(log),
-      mapper_(std::make_unique<mapping::LocalMapper>(config.mapper, intrinsics)) {
-  mapping::LocalMapper::reserve_record(alone_.keyframe, config.mapper);
-  if (outbox.publish)
-    publisher_.emplace(config.mapper, config.speed.max ? Publisher::WhenFull::wait : Publisher::WhenFull::later,
-                       std::move(outbox), failures);
+      mapper_(std::make_unique<mapping::LocalMapper>(config.mapper, intrinsics)),
+      publisher_(config.mapper, config.speed.max ? Publisher::WhenFull::wait : Publisher::WhenFull::later,
+                 std::move(outbox), failures) {
   mapper_->set_step_hook(
       {[](void* self, mapping::Step step) { static_cast<Pipeline*>(self)->begin_step(step); }, this});
   if (config.matches_picture > 0) matches_.emplace(config.out + "/matches", config.matches_picture);
@@ -28,7 +26,7 @@ Pipeline::~Pipeline() {
 }
 
 void Pipeline::start() {
-  if (publisher_) publisher_->start();
+  publisher_.start();
   thread_.start(
       "pipeline", failures_, [this] { run(); }, [this] { frames_.close(); });  // capture waits no longer
 }
@@ -46,10 +44,8 @@ void Pipeline::run() {
   ending_ = true;
   drain();
   drain_submaps();
-  if (publisher_) {
-    publisher_->finish(static_cast<std::uint32_t>(frames_done_));
-    publisher_->join();
-  }
+  publisher_.finish(static_cast<std::uint32_t>(frames_done_));
+  publisher_.join();
   finished_ = true;
 }
 
@@ -103,10 +99,7 @@ void Pipeline::begin_step(mapping::Step step) {
   step_began_ = t;
 }
 
-Publisher::Sealed* Pipeline::slot() {
-  if (!publisher_) return &alone_;
-  return ending_ ? publisher_->awaited_slot() : publisher_->slot();
-}
+Publisher::Sealed* Pipeline::slot() { return ending_ ? publisher_.awaited_slot() : publisher_.slot(); }
 
 bool Pipeline::take(Publisher::Sealed& into) {
   using What = Publisher::Sealed::What;
@@ -127,19 +120,23 @@ void Pipeline::drain() {
   while (Publisher::Sealed* sealed = slot()) {
     const bool taken = take(*sealed);
     if (taken) keep(*sealed);
-    if (publisher_ && taken) publisher_->publish(sealed);
-    if (publisher_ && !taken) publisher_->give_back(sealed);
-    if (!taken) break;
+    if (!hand_over(sealed, taken)) break;
   }
+}
+
+bool Pipeline::hand_over(Publisher::Sealed* sealed, bool taken) {
+  if (taken)
+    publisher_.publish(sealed);
+  else
+    publisher_.give_back(sealed);
+  return taken;
 }
 
 void Pipeline::drain_submaps() {
   while (Publisher::Sealed* sealed = slot()) {
     sealed->what = Publisher::Sealed::What::submap;
     const bool taken = mapper_->take_submap(sealed->submap);
-    if (publisher_ && taken) publisher_->publish(sealed);
-    if (publisher_ && !taken) publisher_->give_back(sealed);
-    if (!taken) break;
+    if (!hand_over(sealed, taken)) break;
   }
 }
 
@@ -153,8 +150,7 @@ std::string Pipeline::step_table() const {
     text += fmt::format("{} {:.2f} ms ({:.0f} %), ", mapping::to_string(static_cast<mapping::Step>(i)), ms / frames,
                         100 * ms / std::max(1e-9, to_seconds(total) * 1e3));
   }
-  return publisher_ ? text + fmt::format("beside them publish {:.2f} ms", publisher_->times().total_ms() / frames)
-                    : text.substr(0, text.size() - 2);
+  return text + fmt::format("beside them publish {:.2f} ms", publisher_.times().total_ms() / frames);
 }
 
 }  // namespace onemap::daemon

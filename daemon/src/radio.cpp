@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "comms/udp/silent_port.hpp"
 #include "daemon/clock.hpp"
 #include "mapping/records/finished.hpp"
 
@@ -38,15 +39,23 @@ Result<comms::UdpConfig> udp_config(const Config& config) {
   udp.group = *group;
   return udp;
 }
+
+Result<std::unique_ptr<comms::DatagramPort>> open_port(const Config& config, comms::NodeConfig& node) {
+  using Port = std::unique_ptr<comms::DatagramPort>;
+  if (config.alone()) return Port(std::make_unique<comms::SilentPort>());
+  auto udp = udp_config(config);
+  if (!udp) return udp.error();
+  node.group = udp->group;
+  auto port = comms::UdpPort::open(*udp);
+  if (!port) return port.error();
+  return Port(std::move(*port));
+}
 }  // namespace
 
 Result<std::unique_ptr<Radio>> Radio::open(const Config& config, Listener listener, Failures& failures, Log& log) {
   auto node = node_config(config);
   if (!node) return node.error();
-  auto udp = udp_config(config);
-  if (!udp) return udp.error();
-  node->group = udp->group;
-  auto port = comms::UdpPort::open(*udp);
+  auto port = open_port(config, *node);
   if (!port) return port.error();
   LifeCounter life(config.out);
   if (auto begun = life.begin(wall_clock_ns()); !begun)
@@ -56,7 +65,7 @@ Result<std::unique_ptr<Radio>> Radio::open(const Config& config, Listener listen
       new Radio(config, std::move(*node), life, std::move(*port), std::move(listener), failures, log));
 }
 
-Radio::Radio(const Config& config, comms::NodeConfig node, LifeCounter life, std::unique_ptr<comms::UdpPort> port,
+Radio::Radio(const Config& config, comms::NodeConfig node, LifeCounter life, std::unique_ptr<comms::DatagramPort> port,
              Listener listener, Failures& failures, Log& log)
     : config_(config),
       failures_(failures),

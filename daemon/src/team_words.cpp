@@ -44,6 +44,11 @@ struct Words {
   void operator()(const mapping::RobotBack& e) const { log.line("robot {} is back", e.robot.name()); }
   void operator()(const mapping::LinkLooked& e) const {
     const mapping::LinkRecord& link = e.link;
+    if (link.a == link.b) {
+      if (!link.pairs.empty())
+        log.line("robot {} knows {} pairs of its keyframes as one place each", link.a.name(), link.pairs.size());
+      return;
+    }
     const std::string by = e.author == link.a ? "" : fmt::format(" (looked at by {})", e.author.name());
     if (link.reason == LinkReason::accepted)
       log.line("link {} - {} accepted: {} pairs of clouds agree, {} inliers, ratio {:.2f}, error {:.1f} mm{}",
@@ -64,9 +69,9 @@ struct Words {
   void operator()(const mapping::MapFused& e) const {
     std::string names;
     for (const auto& robot : e.solution.robots) names.append(" ").append(robot.robot.name());
-    log.line("{} map {:016x}: reference {}, {} links, robots{}, {} submaps, {} blocks, {} refused",
-             e.final ? "global" : "interim", e.digest, e.solution.reference.name(), e.solution.links_used, names,
-             e.submaps, e.blocks, e.blocks_refused);
+    log.line("{} map {:016x}: reference {}, {} links used and {} refused, robots{}, {} submaps, {} blocks, {} refused",
+             e.final ? "global" : "interim", e.digest, e.solution.reference.name(), e.solution.links_used,
+             e.solution.links_refused, names, e.submaps, e.blocks, e.blocks_refused);
     if (e.blocks_refused > 0)
       log.line("the global map is full: {} times a block found no room (global_budget_mb)", e.blocks_refused);
     if (e.submaps_left_out > 0)

@@ -48,10 +48,10 @@ TEST(TeamWords, LinksSayWhyAndByWhom) {
 }
 
 TEST(TeamWords, AMapSaysWhatItIsMadeOfAndWhatItLacks) {
-  mapping::MapFused fused{true, 0xabc, {kA, {{kA, {}}, {kB, {}}}, 1}, 12, 0, 900, 0};
-  EXPECT_EQ(
-      said(fused),
-      "robot1: global map 0000000000000abc: reference a, 1 links, robots a b, 12 submaps, 900 blocks, 0 refused\n");
+  mapping::MapFused fused{true, 0xabc, {kA, {{kA, 1, {}}, {kB, 1, {}}}, 7, 2}, 12, 0, 900, 0};
+  EXPECT_EQ(said(fused),
+            "robot1: global map 0000000000000abc: reference a, 7 links used and 2 refused, robots a b, 12 submaps, 900 "
+            "blocks, 0 refused\n");
   fused.final = false;
   fused.blocks_refused = 5;
   fused.submaps_left_out = 2;

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "mapping/team/link_table.hpp"
-#include "mapping/team/reference.hpp"
 #include "support/team_author.hpp"
 
 namespace onemap::mapping {
@@ -21,6 +19,7 @@ struct DecisionTest : testing::Test {
   TeamLog log{c.id(), 1};
   Presence presence{c.id(), 100s};
   Decision decision{10s};
+  TeamSolver solver;
   SolutionRecord right;
 
   void take(const RecordPtr& record) { ASSERT_TRUE(log.apply(record, kStart).ok()); }
@@ -33,7 +32,7 @@ struct DecisionTest : testing::Test {
       author->finish();
       for (const auto& record : author->written()) take(record);
     }
-    right = solve(log.robots(), counting_links(log));
+    right = solve_team(log, log.robots());
   }
   // Everybody but the silent has just been heard.
   Agreement at(Duration by, const std::set<RobotId>& silent = {}) {
@@ -48,50 +47,50 @@ struct DecisionTest : testing::Test {
 TEST_F(DecisionTest, TheLowestOfTheMapDecides) {
   EXPECT_EQ(decision.decider(at(1s)), a.id());
   take(b.solution(right));
-  take(evil.solution({evil.id(), {{evil.id(), {}}}, 0}));
-  EXPECT_FALSE(decision.made(at(1s), right));
+  take(evil.solution({evil.id(), {{evil.id(), 1, {}}}, 0, 0}));
+  EXPECT_FALSE(decision.made(at(1s), solver));
   take(a.solution(right));
-  EXPECT_TRUE(decision.made(at(1s), right));
+  EXPECT_TRUE(decision.made(at(1s), solver));
 }
 
 TEST_F(DecisionTest, WhatTheLinksDoNotSayIsNoDecision) {
   SolutionRecord wrong = right;
   for (auto& solved : wrong.robots)
-    if (solved.robot != wrong.reference) solved.T_global_robot.t_10um[1] += 1;
+    if (solved.robot != wrong.reference) solved.anchors[1].T_map_anchor.t_10um[1] += 2000;
   take(a.solution(wrong));
-  EXPECT_FALSE(decision.made(at(1s), right));
+  EXPECT_FALSE(decision.made(at(1s), solver));
 }
 
 TEST_F(DecisionTest, WhenTheDeciderIsGoneTheNextDecidesAndWhatItDecidedStays) {
   EXPECT_EQ(decision.decider(at(101s, {a.id()})), b.id());
-  EXPECT_FALSE(decision.made(at(101s, {a.id()}), right));
+  EXPECT_FALSE(decision.made(at(101s, {a.id()}), solver));
   take(a.solution(right));
-  EXPECT_TRUE(decision.made(at(101s, {a.id()}), right));
+  EXPECT_TRUE(decision.made(at(101s, {a.id()}), solver));
 }
 
 TEST_F(DecisionTest, WhoDoesNotDecideIsPassedOverAfterAWhile) {
-  EXPECT_FALSE(decision.look(at(0s), right, kStart));
-  EXPECT_FALSE(decision.look(at(10s), right, kStart + 10s));
-  const auto passed = decision.look(at(11s), right, kStart + 11s);
+  EXPECT_FALSE(decision.look(at(0s), true, solver, kStart));
+  EXPECT_FALSE(decision.look(at(10s), true, solver, kStart + 10s));
+  const auto passed = decision.look(at(11s), true, solver, kStart + 11s);
   ASSERT_TRUE(passed.has_value());
   EXPECT_EQ(passed->robot, a.id());
   EXPECT_FALSE(passed->published);
   EXPECT_EQ(decision.decider(at(11s)), b.id());
   take(a.solution(right));
-  EXPECT_TRUE(decision.made(at(12s), right)) << "late is not wrong";
-  EXPECT_FALSE(decision.look(at(30s), right, kStart + 30s)) << "it has been decided";
-  EXPECT_FALSE(decision.look(at(31s), std::nullopt, kStart + 31s));
+  EXPECT_TRUE(decision.made(at(12s), solver)) << "late is not wrong";
+  EXPECT_FALSE(decision.look(at(30s), true, solver, kStart + 30s)) << "it has been decided";
+  EXPECT_FALSE(decision.look(at(31s), false, solver, kStart + 31s));
   EXPECT_EQ(decision.decider(at(31s)), a.id()) << "when all begins again, so does its turn";
 }
 
 TEST_F(DecisionTest, ThisRobotItselfIsNotPassedOver) {
-  decision.look(at(0s), right, kStart);
-  decision.look(at(11s), right, kStart + 11s);
-  decision.look(at(12s), right, kStart + 12s);
-  EXPECT_TRUE(decision.look(at(23s), right, kStart + 23s)) << "b";
+  decision.look(at(0s), true, solver, kStart);
+  decision.look(at(11s), true, solver, kStart + 11s);
+  decision.look(at(12s), true, solver, kStart + 12s);
+  EXPECT_TRUE(decision.look(at(23s), true, solver, kStart + 23s)) << "b";
   EXPECT_EQ(decision.decider(at(24s)), c.id());
-  decision.look(at(24s), right, kStart + 24s);
-  EXPECT_FALSE(decision.look(at(90s), right, kStart + 90s));
+  decision.look(at(24s), true, solver, kStart + 24s);
+  EXPECT_FALSE(decision.look(at(90s), true, solver, kStart + 90s));
 }
 
 }  // namespace

@@ -13,8 +13,8 @@ using test::Author;
 bool never() { return false; }
 
 SolutionRecord of(const std::vector<RobotId>& robots) {
-  SolutionRecord out{robots[0], {}, 0};
-  for (const RobotId& robot : robots) out.robots.push_back({robot, {}});
+  SolutionRecord out{robots[0], {}, 0, 0};
+  for (const RobotId& robot : robots) out.robots.push_back({robot, 1, {}});
   return out;
 }
 
@@ -131,7 +131,7 @@ TEST_F(MapFusionTest, FarPlacesCostNoMore) {
   take(near);
   take(far);
   SolutionRecord solution = of({near.id(), far.id()});
-  solution.robots[1].T_global_robot.t_10um = {2147483647, -2147483647, 2147483647};
+  solution.robots[1].anchors = {{0, {{2147483647, -2147483647, 2147483647}}}};
   MapFusion fusion(config);
   fuse(fusion, solution);
   EXPECT_LE(fusion.map()->used(), fusion.map()->capacity());

@@ -18,7 +18,8 @@ struct PairVerifierTest : testing::Test {
   Author a = test::small_robot("a"), b = test::small_robot("b"), c = test::small_robot("c", 7);
   TeamLog log{b.id(), 1};
   Presence presence{b.id(), 100s};
-  PairVerifier verifier{{}, {}, 0s, 10s};
+  OwnPlaces places{{}};
+  PairVerifier verifier{{}, places, 0s, 10s};
 
   void take(const Author& author) {
     for (const auto& record : author.written()) ASSERT_TRUE(log.apply(record, kStart).ok());
@@ -80,7 +81,7 @@ TEST_F(PairVerifierTest, TakesOverWhatALowerRobotDoesNotDo) {
 TEST_F(PairVerifierTest, WhileMappingARefusalIsNoNews) {
   take(b);
   take(c);
-  PairVerifier eager{{}, {}, 10s, 10s};
+  PairVerifier eager{{}, places, 10s, 10s};
   const auto look = eager.next(at(1s), kStart + 1s, never);
   ASSERT_TRUE(look.has_value());
   EXPECT_FALSE(look->news);

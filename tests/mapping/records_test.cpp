@@ -95,18 +95,26 @@ LinkRecord random_link(Random& random) {
   out.ratio_e4 = static_cast<std::uint32_t>(random.integer(0, 10000));
   out.error_um = static_cast<std::int32_t>(random.integer(0, 1 << 30));
   out.T_a_b = random_pose(random);
+  if (out.reason != LinkReason::accepted) return out;
+  for (auto n = random.integer(0, 3); n > 0; --n)
+    out.pairs.push_back({static_cast<std::uint32_t>(9 - n), static_cast<std::uint32_t>(random.integer(0, 99)),
+                         static_cast<std::uint32_t>(random.integer(1, 1000)), random_pose(random)});
   return out;
 }
 
 SolutionRecord random_solution(Random& random) {
   SolutionRecord out;
   const auto n = random.integer(1, 9);
-  for (int i = 1; i <= n; ++i)
-    out.robots.push_back({RobotId::from_name("robot" + std::to_string(i)), random_pose(random)});
-  auto& reference = out.robots[static_cast<std::size_t>(random.integer(0, n - 1))];
-  reference.T_global_robot = {};
-  out.reference = reference.robot;
+  for (int i = 1; i <= n; ++i) {
+    SolvedRobot& solved = out.robots.emplace_back();
+    solved.robot = RobotId::from_name("robot" + std::to_string(i));
+    solved.incarnation = random.next();
+    for (std::uint32_t anchor = 0; anchor < 5; ++anchor)
+      if (random.integer(0, 1) == 0) solved.anchors.push_back({anchor, random_pose(random)});
+  }
+  out.reference = out.robots[static_cast<std::size_t>(random.integer(0, n - 1))].robot;
   out.links_used = static_cast<std::uint32_t>(random.next());
+  out.links_refused = static_cast<std::uint32_t>(random.next());
   return out;
 }
 
@@ -291,7 +299,7 @@ TEST(Records, RefuseRobotsThatHaveNoValidName) {
     solution.reference = RobotId::from_name(name);
     expect_refused(decode_solution(encode(solution)), "reference: no robot's name");
     solution = random_solution(random);
-    solution.robots.insert(solution.robots.begin(), {RobotId::from_name(name), {}});
+    solution.robots.insert(solution.robots.begin(), {RobotId::from_name(name), 0, {}});
     expect_refused(decode_solution(encode(solution)), "robots.robot: no robot's name");
   }
   LinkRecord hidden = random_link(random);
@@ -312,13 +320,40 @@ TEST(Records, LinksClaimNoMoreThanTheirPairsCanHave) {
   expect_refused(decode_link(encode(link)), "supporting_pairs");
 }
 
-TEST(Records, TheReferenceOfASolutionIsItsOrigin) {
+TEST(Records, ASolutionsAnchorsAndReferenceAreInOrder) {
   SolutionRecord solution;
   solution.reference = RobotId::from_name("a");
-  solution.robots.push_back({solution.reference, {}});
+  solution.robots.push_back({solution.reference, 1, {{0, {}}, {4, {}}}});
   EXPECT_TRUE(decode_solution(encode(solution)).ok());
-  solution.robots[0].T_global_robot.t_10um = {2147483647, -2147483647, 0};
-  expect_refused(decode_solution(encode(solution)), "origin");
+  solution.robots[0].anchors[1].keyframe = 0;
+  expect_refused(decode_solution(encode(solution)), "robots.anchors");
+  solution.robots[0].anchors.clear();
+  EXPECT_TRUE(decode_solution(encode(solution)).ok());
+  solution.reference = RobotId::from_name("b");
+  expect_refused(decode_solution(encode(solution)), "not among the robots");
+}
+
+TEST(Records, ALinksPairsAreInOrderAndOfTheRobotsThatItJoins) {
+  LinkRecord link;
+  link.a = RobotId::from_name("a");
+  link.b = RobotId::from_name("b");
+  link.pairs = {{3, 1, 60, {}}, {3, 2, 60, {}}};
+  EXPECT_TRUE(decode_link(encode(link)).ok());
+  const auto refused = [&](auto change, const char* why) {
+    LinkRecord changed = link;
+    change(changed);
+    expect_refused(decode_link(encode(changed)), why);
+  };
+  refused([](LinkRecord& l) { l.pairs[1].keyframe_b = 1; }, "not sorted");
+  refused([](LinkRecord& l) { l.pairs[0].inliers = 0; }, "pairs.inliers");
+  refused([](LinkRecord& l) { l.pairs[0].inliers = 1001; }, "pairs.inliers");
+  refused([](LinkRecord& l) { l.reason = LinkReason::icp_failed; }, "of a link that is refused");
+  refused([](LinkRecord& l) { l.pairs.assign(257, l.pairs[0]); }, "more than allowed");
+  link.b = link.a;
+  link.pairs = {{1, 3, 60, {}}};
+  EXPECT_TRUE(decode_link(encode(link)).ok()) << "one robot's own loop";
+  refused([](LinkRecord& l) { l.pairs[0].keyframe_b = 1; }, "not of two keyframes");
+  refused([](LinkRecord& l) { l.T_a_b.t_10um[0] = 1; }, "not the identity");
 }
 
 // What a submap will cost is known from its first bytes, and a lie about it is refused before anything is taken.

@@ -2,7 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "mapping/team/reference.hpp"
 #include "support/team_robots.hpp"
 
 namespace onemap::mapping {
@@ -24,17 +23,19 @@ struct Decisions : testing::Test {
     a.link(test::link_of("a", "b", 100));
     a.link(test::link_of("a", "c", 50));
     b.link(test::link_of("b", "c", 70));
+    TeamLog log(listener().id(), 1);
     for (Author* author : {&a, &b, &c}) {
       author->finish();
       robot.apply(author->written());
+      for (const RecordPtr& record : author->written()) ASSERT_TRUE(log.apply(record, kNow).ok());
     }
-    right = solve(std::vector{a.id(), b.id(), c.id()}, robot.map().links());
+    right = solve_team(log, log.robots());
   }
 };
 
 TEST_F(Decisions, OnlyWhatTheLinksSayIsFused) {
   SolutionRecord wrong = right;
-  wrong.robots.back().T_global_robot.t_10um[0] += 1;
+  wrong.robots.back().anchors[1].T_map_anchor.t_10um[0] += 2000;  // two centimetres
   robot.apply(a.solution(wrong));
   robot.work();
   EXPECT_EQ(robot.view().digest, 0u);
@@ -56,7 +57,7 @@ TEST_F(Decisions, NobodyElsesSolutionCounts) {
 
 TEST_F(Decisions, WhoDecidesWronglyForLongIsPassedOver) {
   SolutionRecord wrong = right;
-  wrong.robots.back().T_global_robot.t_10um[0] += 1;
+  wrong.robots.back().anchors[1].T_map_anchor.t_10um[0] += 2000;  // two centimetres
   robot.apply(a.solution(wrong));
   robot.apply(b.solution(right));
   robot.work(kNow + 60s);
@@ -76,7 +77,7 @@ TEST_F(Decisions, AStrangerThatSortsFirstDecidesNothing) {
   SubmapRecord broken{0, 20000, 60000, {{{100, 0, 0}, {}}}};
   broken.blocks[0].voxels[7] = {kTsdfOne + 1, 1, {}};
   evil.write(Lane::voxels, RecordKind::submap, broken);
-  SolutionRecord own{evil.id(), {{evil.id(), {}}}, 0};
+  SolutionRecord own{evil.id(), {{evil.id(), 1, {}}}, 0, 0};
   evil.solution(own);
   evil.write(Lane::control, RecordKind::finished, FinishedRecord{0, 0, 0, 1});
   robot.apply(evil.written());

@@ -26,7 +26,7 @@ using test::Team;
 using test::whole_team;
 
 TEST(TeamLives, ANewerLifeReplacesTheEarlier) {
-  const Author reborn = explore("robot2", "simulated:living-room?robot=3&robots=3&frames=60&seed=3", 2);
+  const Author reborn = explore("robot2", "simulated:living-room?robot=2&robots=3&frames=90&seed=3", 2);
   Robot expected(listener());
   expected.apply(whole_team({&first(), &reborn}));
   expected.work();
@@ -41,6 +41,9 @@ TEST(TeamLives, ANewerLifeReplacesTheEarlier) {
   EXPECT_TRUE(robot1.view().settled);
   robot1.apply(reborn.written());
   EXPECT_FALSE(robot1.view().settled);
+  Robot robot2(reborn);
+  robot2.apply(reborn.written());
+  robot1.apply(robot2.work());  // its own loops
   robot1.work();
   EXPECT_TRUE(robot1.view().settled);
   EXPECT_NE(robot1.view().digest, before);

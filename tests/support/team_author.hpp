@@ -17,6 +17,12 @@
 
 namespace onemap::test {
 
+inline mapping::QuantizedPose two_metres_each(std::uint32_t count) {
+  mapping::QuantizedPose out;
+  out.t_10um[0] = static_cast<std::int32_t>(200'000 * count);
+  return out;
+}
+
 // What one robot writes in one life, as records: each lane is one log.
 class Author {
  public:
@@ -40,7 +46,8 @@ class Author {
   }
   mapping::RecordPtr keyframe() {
     mapping::KeyframeRecord body;
-    body.index = keyframes_++;
+    body.index = body.anchor = keyframes_++;  // each two metres on, and its own anchor
+    body.T_robot_keyframe = two_metres_each(body.index);
     return write(mapping::Lane::features, mapping::RecordKind::keyframe, body);
   }
   // One block, all of it seen.
@@ -81,17 +88,24 @@ class Author {
   std::vector<mapping::RecordPtr> written_;
 };
 
-// A robot that did a little of everything, without its Finished.
+// A robot that did a little of everything, and looked for its own loops; without its Finished.
 inline Author small_robot(const std::string& name, std::uint64_t incarnation = 1) {
   Author author(name, incarnation);
   author.hello();
   for (int i = 0; i < 3; ++i) author.keyframe();
   author.pose(1);
   author.submap();
+  mapping::LinkRecord loops;
+  loops.a = loops.b = author.id();
+  loops.incarnation_other = incarnation;
+  loops.keyframes_a = loops.keyframes_b = 3;
+  loops.reason = mapping::LinkReason::too_few_matches;
+  author.link(loops);
   return author;
 }
 
-// Of robots with three keyframes each, in their first life.
+// Of robots with three keyframes each, in their first life, whose frames are one: every keyframe of the one was seen
+// from every keyframe of the other.
 inline mapping::LinkRecord link_of(const std::string& a, const std::string& b, std::uint32_t inliers = 100,
                                    mapping::LinkReason reason = mapping::LinkReason::accepted) {
   mapping::LinkRecord link;
@@ -103,6 +117,13 @@ inline mapping::LinkRecord link_of(const std::string& a, const std::string& b, s
   link.inliers = inliers;
   link.ratio_e4 = 2000;
   link.reason = reason;
+  if (reason != mapping::LinkReason::accepted) return link;
+  for (std::uint32_t i = 0; i < 3; ++i)
+    for (std::uint32_t j = 0; j < 3; ++j) {
+      mapping::LinkPair pair{i, j, inliers, two_metres_each(j)};
+      pair.T_a_b.t_10um[0] -= two_metres_each(i).t_10um[0];
+      link.pairs.push_back(pair);
+    }
   return link;
 }
 

@@ -45,6 +45,9 @@ TEST(Once, WritesTrajectoryPicturesAndReport) {
   EXPECT_GT(report.at("global_points").get<int>(), 1000);
   EXPECT_GT(robot.at("ms_per_frame").at("p50").get<double>(), 0);
   EXPECT_FALSE(std::filesystem::exists(out / "global.png")) << "a robot alone has no team";
+  EXPECT_EQ(test::lines(out / ("global/" + robot.at("name").get<std::string>() + ".txt")),
+            robot.at("tracked").get<std::size_t>())
+      << "and yet its way bends at the places that it came back to";
 }
 
 TEST(Once, TheSameStreamGivesTheSameBytes) {

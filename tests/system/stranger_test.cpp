@@ -43,8 +43,7 @@ mapping::TrajectoryRecord five_poses() {
 mapping::SolutionRecord only(const RobotId& robot) {
   mapping::SolutionRecord record;
   record.reference = robot;
-  record.robots.push_back({robot, {}});
-  record.robots.back().T_global_robot.q_wxyz = {1 << 30, 0, 0, 0};
+  record.robots.push_back({robot, 1'800'000'000'000'000'000u, {}});
   return record;
 }
 

@@ -25,7 +25,7 @@ struct IncomingDatagram {
   std::span<const std::uint8_t> bytes() const { return {buffer.data(), size}; }
 };
 
-// The seam between the protocol and the network: UdpPort in the daemon, simulated networks in tests. Never blocks but
+// The seam between the protocol and the network: UdpPort in the daemon, SilentPort without a network. Never blocks but
 // in wait(). One thread uses it.
 class DatagramPort {
  public:
@@ -35,6 +35,7 @@ class DatagramPort {
       const OutgoingDatagram& datagram) = 0;             // false: not sent (no room, no route); the protocol recovers
   virtual bool receive(IncomingDatagram& datagram) = 0;  // false: nothing is waiting
   virtual bool wait(Duration at_most) = 0;               // true: receive() may have something; false: time is up
+  virtual void wake() = 0;  // from any thread: a running or the next wait() returns at once
 };
 
 }  // namespace onemap::comms

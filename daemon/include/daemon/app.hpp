@@ -17,8 +17,9 @@
 
 namespace onemap::daemon {
 
-// One robot: camera -> capture -> pipeline -> records -> radio and team -> outputs. The parts start in this order's
-// reverse, so that nobody speaks to somebody who is not there yet, and stop in this order.
+// One robot, in a team or alone (then it is a team of one, without a socket): camera -> capture -> pipeline -> records
+// -> radio and team -> outputs. The parts start in this order's reverse, so that nobody speaks to somebody who is not
+// there yet, and stop in this order.
 class App {
  public:
   App(Config config, Log& log, std::span<const hal::Backend> cameras = camera_backends());
@@ -34,6 +35,7 @@ class App {
   void start();
   End work(StopSignals& signals);
   void stop();
+  void await_map();
   Exit verdict(End end, const Status& written);
   void tick();
   void take_standing(Instant now);
@@ -48,8 +50,8 @@ class App {
   Failures failures_;
   std::unique_ptr<hal::DepthCamera> camera_;
   std::uint64_t frames_expected_ = 0;
-  std::unique_ptr<Team> team_;    // not there when the robot is alone
-  std::unique_ptr<Radio> radio_;  // not there when the robot is alone
+  std::unique_ptr<Team> team_;
+  std::unique_ptr<Radio> radio_;
   std::unique_ptr<Capture> capture_;
   std::unique_ptr<Pipeline> pipeline_;  // takes from the capture's queue, so it goes first
   Standing standing_;

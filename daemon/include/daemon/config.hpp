@@ -33,7 +33,7 @@ struct Config {
   double peer_wait_s = 20;            // how long a finished robot waits for peers that it never heard (once)
   int matches_picture = 0;            // a picture of the feature matches every so many frames; 0: none
   mapping::LocalMapperConfig mapper;
-  std::size_t global_budget_bytes = 64u << 20;
+  std::size_t global_budget_bytes = 128u << 20;
   std::size_t places_budget_bytes = 32u << 20;  // for the index of own keyframes
   mapping::FindPairs find_pairs = mapping::FindPairs::by_index;
 

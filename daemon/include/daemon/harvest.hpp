@@ -11,7 +11,7 @@
 #include "daemon/radio.hpp"
 #include "daemon/report.hpp"
 #include "daemon/team.hpp"
-#include "mapping/team/atlas.hpp"
+#include "mapping/team/map_fusion.hpp"
 #include "render/scene.hpp"
 
 namespace onemap::daemon {
@@ -20,12 +20,12 @@ namespace onemap::daemon {
 // cannot be written keeps none of the others from being written.
 class Harvest {
  public:
-  // team and radio are nullptr when the robot is alone. Everything must outlive this object.
+  // Everything must outlive this object.
   struct Sources {
     const Capture& capture;
     const Pipeline& pipeline;
-    const Team* team;
-    const Radio* radio;
+    const Team& team;
+    const Radio& radio;
     bool agreed;
     double peak_rss_mb;
   };
@@ -40,8 +40,10 @@ class Harvest {
   render::Color color_of(const std::string& robot) const;
   std::vector<MapPicture> pictures() const;
   Status draw();
-  const mapping::VoxelMap& local_map() const;
-  MapPicture global_picture(const mapping::SolutionRecord& solution) const;
+  const mapping::VoxelMap* local_map() const;  // nullptr: the store took no record of this robot
+  // The team's map and everybody's way in it. stem: "/local" or "/global", below OUT.
+  MapPicture solved_picture(const std::string& stem, const std::string& title,
+                            const mapping::SolutionRecord& solution) const;
   Report report() const;
   RobotReport robot_report() const;
   void keep(const Status& status);
@@ -50,7 +52,7 @@ class Harvest {
   const Sources from_;
   Log& log_;
   Status first_ = success();
-  mutable std::optional<mapping::Atlas> local_;  // fused when it is asked for
+  mutable std::optional<mapping::MapFusion> local_;  // fused when it is asked for
   std::uint64_t vertices_ = 0;  // of the global map's files when there are such, else of the local one's
 };
 

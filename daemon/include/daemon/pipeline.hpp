@@ -29,7 +29,6 @@ struct PipelineProgress {
 // publisher. The mapper and its voxel map belong to this thread until finished.
 class Pipeline {
  public:
-  // The outbox may be empty: a robot alone keeps its poses and publishes nothing.
   Pipeline(const Config& config, const hal::Intrinsics& intrinsics, BlockingQueue<hal::Frame>& frames, Outbox outbox,
            Failures& failures, Log& log);
   ~Pipeline();
@@ -54,11 +53,12 @@ class Pipeline {
   void log_full();
   void log_change(const hal::FrameView& frame, const mapping::FrameReport& report);
   void begin_step(mapping::Step step);
-  // What the mapper sealed: into the publisher's slots, or kept here when the robot is alone.
+  // What the mapper sealed, into the publisher's slots.
   void drain();
   bool take(Publisher::Sealed& into);
   void keep(const Publisher::Sealed& sealed);
   void drain_submaps();
+  bool hand_over(Publisher::Sealed* sealed, bool taken);  // taken, as given
   Publisher::Sealed* slot();
 
   BlockingQueue<hal::Frame>& frames_;
@@ -66,8 +66,7 @@ class Pipeline {
   Log& log_;
   std::unique_ptr<mapping::LocalMapper> mapper_;
   std::optional<MatchPictures> matches_;
-  std::optional<Publisher> publisher_;  // not there when the robot is alone,
-  Publisher::Sealed alone_;             // then this is the one slot
+  Publisher publisher_;
   std::vector<mapping::StampedPose> poses_;
   std::vector<mapping::QuantizedPose> keyframe_poses_;
   mapping::TrackState last_state_ = mapping::TrackState::starting;

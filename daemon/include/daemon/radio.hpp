@@ -40,7 +40,8 @@ struct RadioView {
   bool delivered = true;                         // neighbours hold this robot's control and pose records
 };
 
-// The radio thread: the protocol's node on a UDP socket. Others hand it records and this robot's status.
+// The radio thread: the protocol's node on a UDP socket, or with nobody to hear when the robot is alone. Others hand it
+// records and this robot's status.
 class Radio {
  public:
   struct Listener {
@@ -65,7 +66,7 @@ class Radio {
 
  private:
   static constexpr std::size_t kOutbox = 64;
-  Radio(const Config& config, comms::NodeConfig node, LifeCounter life, std::unique_ptr<comms::UdpPort> port,
+  Radio(const Config& config, comms::NodeConfig node, LifeCounter life, std::unique_ptr<comms::DatagramPort> port,
         Listener listener, Failures& failures, Log& log);
   void run();
   bool over(Instant now);
@@ -88,7 +89,7 @@ class Radio {
   unsigned new_lives_ = 0;
   comms::NodeConfig node_config_;
   comms::MemoryStore store_;
-  std::unique_ptr<comms::UdpPort> port_;
+  std::unique_ptr<comms::DatagramPort> port_;
   std::unique_ptr<comms::Node> node_;
   Published published_;
   std::optional<std::uint32_t> frames_to_finish_;  // Finished is due, with these frames

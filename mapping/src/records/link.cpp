@@ -1,8 +1,44 @@
 #include "mapping/records/link.hpp"
 
+#include <utility>
+
 #include "records/field_reader.hpp"
 
 namespace onemap::mapping {
+
+namespace {
+
+constexpr std::size_t kPairBytes = 12 + kPoseBytes;
+
+void put_pair(ByteWriter& out, const LinkPair& pair) {
+  out.put(pair.keyframe_a);
+  out.put(pair.keyframe_b);
+  out.put(pair.inliers);
+  put(out, pair.T_a_b);
+}
+
+LinkPair read_pair(FieldReader& in) {
+  LinkPair out;
+  out.keyframe_a = in.get<std::uint32_t>("pairs.keyframe_a");
+  out.keyframe_b = in.get<std::uint32_t>("pairs.keyframe_b");
+  out.inliers = in.get<std::uint32_t>("pairs.inliers");
+  in.require(out.inliers > 0 && out.inliers <= kMaxInliersOfPair, "pairs.inliers", "not from 1 to 1000");
+  out.T_a_b = in.pose("pairs.T_a_b");
+  return out;
+}
+
+void read_pairs(FieldReader& in, LinkRecord& out) {
+  out.pairs.resize(in.count<std::uint16_t>(kMaxLinkPairs, kPairBytes, "pairs"));
+  in.require(out.reason == LinkReason::accepted || out.pairs.empty(), "pairs", "of a link that is refused");
+  const auto ends = [](const LinkPair& pair) { return std::pair(pair.keyframe_a, pair.keyframe_b); };
+  for (std::size_t i = 0; i < out.pairs.size(); ++i) {
+    out.pairs[i] = read_pair(in);
+    in.require(i == 0 || ends(out.pairs[i - 1]) < ends(out.pairs[i]), "pairs", "not sorted");
+    in.require(out.a != out.b || out.pairs[i].keyframe_a < out.pairs[i].keyframe_b, "pairs", "not of two keyframes");
+  }
+}
+
+}  // namespace
 
 std::vector<std::uint8_t> encode(const LinkRecord& record) {
   std::vector<std::uint8_t> body;
@@ -20,6 +56,8 @@ std::vector<std::uint8_t> encode(const LinkRecord& record) {
   out.put(record.ratio_e4);
   out.put(record.error_um);
   put(out, record.T_a_b);
+  out.put(static_cast<std::uint16_t>(record.pairs.size()));
+  for (const LinkPair& pair : record.pairs) put_pair(out, pair);
   return body;
 }
 
@@ -28,7 +66,7 @@ Result<LinkRecord> decode_link(std::span<const std::uint8_t> body) {
   LinkRecord out;
   out.a = in.robot("a");
   out.b = in.robot("b");
-  in.require(out.a < out.b, "b", "not after a");
+  in.require(out.a <= out.b, "b", "before a");
   out.incarnation_other = in.get<std::uint64_t>("incarnation_other");
   out.keyframes_a = in.get<std::uint32_t>("keyframes_a");
   out.keyframes_b = in.get<std::uint32_t>("keyframes_b");
@@ -47,7 +85,9 @@ Result<LinkRecord> decode_link(std::span<const std::uint8_t> body) {
   in.require(out.supporting_pairs <= kMaxSupportingPairs, "supporting_pairs", "more than are looked at");
   in.require(out.reason != LinkReason::accepted || out.inliers <= most, "inliers", "more than the pairs have features");
   out.T_a_b = in.pose("T_a_b");
-  return in.finish(out);
+  in.require(out.a != out.b || out.T_a_b == QuantizedPose{}, "T_a_b", "of one robot, and not the identity");
+  read_pairs(in, out);
+  return in.finish(std::move(out));
 }
 
 }  // namespace onemap::mapping

@@ -5,7 +5,31 @@
 namespace onemap::mapping {
 namespace {
 
-constexpr std::size_t kMaxRobots = 1024;
+constexpr std::size_t kMaxRobots = 1024, kMaxAnchors = 4096;
+constexpr std::size_t kAnchorBytes = 4 + kPoseBytes, kRobotBytes = 16 + 8 + 2;
+
+void put_robot(ByteWriter& out, const SolvedRobot& solved) {
+  put(out, solved.robot);
+  out.put(solved.incarnation);
+  out.put(static_cast<std::uint16_t>(solved.anchors.size()));
+  for (const PlacedAnchor& anchor : solved.anchors) {
+    out.put(anchor.keyframe);
+    put(out, anchor.T_map_anchor);
+  }
+}
+
+SolvedRobot read_robot(FieldReader& in) {
+  SolvedRobot out;
+  out.robot = in.robot("robots.robot");
+  out.incarnation = in.get<std::uint64_t>("robots.incarnation");
+  out.anchors.resize(in.count<std::uint16_t>(kMaxAnchors, kAnchorBytes, "robots.anchors"));
+  for (std::size_t i = 0; i < out.anchors.size(); ++i) {
+    out.anchors[i].keyframe = in.get<std::uint32_t>("robots.anchors.keyframe");
+    out.anchors[i].T_map_anchor = in.pose("robots.anchors.T_map_anchor");
+    in.require(i == 0 || out.anchors[i - 1].keyframe < out.anchors[i].keyframe, "robots.anchors", "not sorted");
+  }
+  return out;
+}
 
 }  // namespace
 
@@ -14,11 +38,9 @@ std::vector<std::uint8_t> encode(const SolutionRecord& record) {
   ByteWriter out(body);
   put(out, record.reference);
   out.put(static_cast<std::uint16_t>(record.robots.size()));
-  for (const SolvedRobot& solved : record.robots) {
-    put(out, solved.robot);
-    put(out, solved.T_global_robot);
-  }
+  for (const SolvedRobot& solved : record.robots) put_robot(out, solved);
   out.put(record.links_used);
+  out.put(record.links_refused);
   return body;
 }
 
@@ -26,19 +48,17 @@ Result<SolutionRecord> decode_solution(std::span<const std::uint8_t> body) {
   FieldReader in("solution", body);
   SolutionRecord out;
   out.reference = in.robot("reference");
-  const std::size_t n = in.count<std::uint16_t>(kMaxRobots, 16 + kPoseBytes, "robots");
+  const std::size_t n = in.count<std::uint16_t>(kMaxRobots, kRobotBytes, "robots");
   out.robots.resize(n);
   bool has_reference = false;
   for (std::size_t i = 0; i < n; ++i) {
-    out.robots[i].robot = in.robot("robots.robot");
-    out.robots[i].T_global_robot = in.pose("robots.T_global_robot");
+    out.robots[i] = read_robot(in);
     in.require(i == 0 || out.robots[i - 1].robot < out.robots[i].robot, "robots.robot", "not sorted");
-    if (out.robots[i].robot != out.reference) continue;
-    has_reference = true;
-    in.require(out.robots[i].T_global_robot == QuantizedPose{}, "reference", "not at the origin of its own frame");
+    has_reference = has_reference || out.robots[i].robot == out.reference;
   }
   in.require(has_reference, "reference", "not among the robots");
   out.links_used = in.get<std::uint32_t>("links_used");
+  out.links_refused = in.get<std::uint32_t>("links_refused");
   return in.finish(std::move(out));
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "mapping/team/link_table.hpp"
-#include "mapping/team/reference.hpp"
 
 namespace onemap::mapping {
 
@@ -53,14 +52,23 @@ bool Agreement::verified(const RobotId& a, const RobotId& b) const {
   return link != nullptr && covers(*link, member(low), member(high));
 }
 
-std::optional<SolutionRecord> Agreement::final_solution() const {
-  if (robots_.empty() || !over()) return std::nullopt;
+// A robot that lives and writes nothing for long has not looked, and is not waited for: the map is right without.
+bool Agreement::looked_at_own(const RobotId& robot) const {
+  const TeamMember& m = member(robot);
+  const auto is_anchor = [](const KeyframePlace& place) { return place.anchor == place.index; };
+  if (std::ranges::count_if(m.places, is_anchor) < 2 || gone_.contains(robot)) return true;
+  const LinkRecord* loops = own_loops(m, robot);
+  return (loops != nullptr && covers(*loops, m, m)) || (robot != log_.self() && presence_.quiet(m, now_));
+}
+
+bool Agreement::ready() const {
+  if (robots_.empty() || !over()) return false;
   for (std::size_t i = 0; i < robots_.size(); ++i) {
-    if (!keyframes_here(robots_[i])) return std::nullopt;
+    if (!keyframes_here(robots_[i]) || !looked_at_own(robots_[i])) return false;
     for (std::size_t j = i + 1; j < robots_.size(); ++j)
-      if (!verified(robots_[i], robots_[j])) return std::nullopt;
+      if (!verified(robots_[i], robots_[j])) return false;
   }
-  return solve(robots_, counting_links(log_));
+  return true;
 }
 
 Duration Agreement::silent(const RobotId& robot) const { return presence_.silent(robot, member(robot), now_); }
@@ -68,6 +76,7 @@ Duration Agreement::silent(const RobotId& robot) const { return presence_.silent
 std::optional<Waiting::What> Agreement::owes(const RobotId& robot) const {
   if (!member(robot).finished && !gone_.contains(robot)) return Waiting::What::end;
   if (!all_here(robot)) return Waiting::What::records;
+  if (keyframes_here(robot) && !looked_at_own(robot)) return Waiting::What::link;
   for (const RobotId& other : robots_)
     if (other != robot && keyframes_here(other) && verifier(robot, other) == robot && !verified(robot, other))
       return Waiting::What::link;

@@ -41,4 +41,13 @@ std::vector<LinkRecord> counting_links(const TeamLog& log) {
   return out;
 }
 
+const LinkRecord* own_loops(const TeamMember& member, const RobotId& robot) { return written(member, robot, member); }
+
+std::vector<LinkRecord> counting_loops(const TeamLog& log) {
+  std::vector<LinkRecord> out;
+  for (const RobotId& robot : log.robots())
+    if (const LinkRecord* loops = own_loops(*log.find(robot), robot)) out.push_back(*loops);
+  return out;
+}
+
 }  // namespace onemap::mapping

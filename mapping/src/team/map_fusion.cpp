@@ -2,27 +2,10 @@
 
 #include <xxhash.h>
 
-#include <algorithm>
-
 #include "hal/base/bytes.hpp"
+#include "mapping/team/placed_anchors.hpp"
 
 namespace onemap::mapping {
-
-namespace {
-
-// Where the robot's anchors are; of keyframes that claim one number the first counts.
-std::vector<PlacedAnchor> placed_anchors(const TeamMember& member, const QuantizedPose& T_global_robot) {
-  const Pose T = from_quantized(T_global_robot);
-  std::vector<PlacedAnchor> out;
-  for (const KeyframePlace& k : member.places)
-    if (k.index == k.anchor) out.push_back({k.index, quantize(T * from_quantized(k.T_robot_keyframe))});
-  std::ranges::stable_sort(out, {}, &PlacedAnchor::keyframe);
-  const auto same = [](const PlacedAnchor& a, const PlacedAnchor& b) { return a.keyframe == b.keyframe; };
-  out.erase(std::unique(out.begin(), out.end(), same), out.end());
-  return out;
-}
-
-}  // namespace
 
 void MapFusion::begin(const SolutionRecord& solution) {
   if (!atlas_) atlas_ = std::make_unique<Atlas>(config_);
@@ -51,7 +34,7 @@ bool MapFusion::add(const TeamMember& member, const std::function<bool()>& stop)
     else
       malformed.push_back({(*record)->id, submap.error().text()});
   }
-  atlas_->add(placed_anchors(member, solution_->robots[next_].T_global_robot), latest.submaps());
+  atlas_->add(placed_anchors(member, solution_->robots[next_]), latest.submaps());
   added_.push_back({member.incarnation, member.submaps.size(), member.keyframes.size()});
   malformed_.insert(malformed_.end(), malformed.begin(), malformed.end());
   submaps_ += member.submaps.size();
@@ -79,7 +62,9 @@ bool MapFusion::complete(const TeamLog& log) const {
 
 std::uint64_t MapFusion::digest() const {
   if (!done()) return 0;
-  std::vector<std::uint8_t> bytes = encode(*solution_);
+  SolutionRecord named = *solution_;
+  for (SolvedRobot& robot : named.robots) robot.incarnation = 0;
+  std::vector<std::uint8_t> bytes = encode(named);
   ByteWriter(bytes).put(atlas_->map().digest());
   return XXH64(bytes.data(), bytes.size(), 0);
 }

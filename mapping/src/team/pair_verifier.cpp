@@ -1,20 +1,9 @@
 #include "mapping/team/pair_verifier.hpp"
 
 #include <utility>
-
-#include "mapping/records/keyframe.hpp"
-
 namespace onemap::mapping {
 
 namespace {
-
-// Members keep only keyframes that decode.
-KeyframeSource keyframes_of(const RobotId& robot, const TeamMember& member) {
-  return {robot, member.keyframes.size(), [&member](std::size_t i) {
-            auto keyframe = decode_keyframe(member.keyframes[i]->body);
-            return keyframe ? std::move(*keyframe) : KeyframeRecord{};
-          }};
-}
 
 PairSchedule::Keyframes count(const Agreement& team, const RobotId& robot, const TeamMember& member) {
   return {member.incarnation, member.keyframes.size(), team.keyframes_here(robot)};
@@ -22,25 +11,12 @@ PairSchedule::Keyframes count(const Agreement& team, const RobotId& robot, const
 
 }  // namespace
 
-// The keyframes that came since the last time.
-void PairVerifier::index(const RobotId& self, const TeamMember& own) {
-  if (indexed_life_ != own.incarnation || indexed_keyframes_ > own.keyframes.size()) {
-    places_.clear();
-    indexed_keyframes_ = 0;
-  }
-  indexed_life_ = own.incarnation;
-  for (; indexed_keyframes_ < own.keyframes.size(); ++indexed_keyframes_) {
-    const auto keyframe = decode_keyframe(own.keyframes[indexed_keyframes_]->body);
-    if (!keyframe) continue;
-    places_.insert({self, own.incarnation, indexed_keyframes_}, keyframe->descriptor_kind, binary_features(*keyframe));
-  }
-}
-
 // Clouds of the pair's first robot with clouds of its second.
-std::optional<std::vector<CloudPair>> PairVerifier::pairs(const KeyframeSource& own, const KeyframeSource& foreign,
-                                                          bool own_first, const std::function<bool()>& stop) {
-  auto found = config_.find_pairs == FindPairs::all_pairs ? match_all_pairs(own, foreign, stop)
-                                                          : ask_index(places_, foreign, stop);
+std::optional<std::vector<CloudPair>> PairVerifier::pairs(const RobotId& self, const TeamMember& own,
+                                                          const KeyframeSource& foreign, bool own_first,
+                                                          const std::function<bool()>& stop) {
+  auto found = config_.find_pairs == FindPairs::all_pairs ? match_all_pairs(keyframes_of(self, own), foreign, stop)
+                                                          : ask_index(places_.up_to_date(self, own), foreign, stop);
   if (found && !own_first)
     for (CloudPair& pair : *found) std::swap(pair.r, pair.s);
   return found;
@@ -74,8 +50,7 @@ std::optional<PairVerifier::Look> PairVerifier::look(const Agreement& team, cons
   const TeamMember &own = *team.log().find(self), &theirs = *team.log().find(other);
   const KeyframeSource ours = keyframes_of(self, own), foreign = keyframes_of(other, theirs);
   const bool lower = self < other;
-  if (config_.find_pairs == FindPairs::by_index) index(self, own);
-  auto candidates = pairs(ours, foreign, lower, stop);
+  auto candidates = pairs(self, own, foreign, lower, stop);
   if (!candidates) return std::nullopt;
   auto link = verify_robots(lower ? ours : foreign, lower ? foreign : ours, std::move(*candidates), config_, stop);
   if (!link) return std::nullopt;

@@ -1,10 +1,22 @@
 #include "mapping/team/team_log.hpp"
 
+#include "mapping/records/kind.hpp"
+
 namespace onemap::mapping {
+
+namespace {
+
+bool shapes_the_graph(std::uint16_t kind) {
+  const auto k = static_cast<RecordKind>(kind);
+  return k == RecordKind::hello || k == RecordKind::keyframe || k == RecordKind::link || k == RecordKind::finished;
+}
+
+}  // namespace
 
 void TeamLog::begin_life(std::uint64_t incarnation) {
   incarnation_ = incarnation;
   members_.erase(self_);
+  ++revision_;
 }
 
 Result<TeamMember*> TeamLog::member_of(const LogId& log) {
@@ -19,6 +31,7 @@ Result<TeamMember*> TeamLog::member_of(const LogId& log) {
   if (log.incarnation < member.incarnation) return static_cast<TeamMember*>(nullptr);
   if (log.incarnation > member.incarnation) {
     member = TeamMember{};
+    ++revision_;
     member.incarnation = log.incarnation;
   }
   return &member;
@@ -29,6 +42,7 @@ Result<bool> TeamLog::apply(const RecordPtr& record, Instant now) {
   if (!member) return member.error();
   if (*member == nullptr) return false;
   (*member)->heard = now;
+  if (shapes_the_graph(record->kind)) ++revision_;
   if (const Status status = (*member)->apply(record); !status) return status.error();
   return true;
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "mapping/team/link_table.hpp"
-#include "mapping/team/reference.hpp"
 
 namespace onemap::mapping {
 
@@ -12,7 +11,9 @@ TeamMap::TeamMap(const RobotId& self, std::uint64_t incarnation, const TeamMapCo
       config_(config),
       log_(self, incarnation),
       presence_(self, config.lost_after),
-      verifier_(config.verify, config.places, config.merge_while_mapping, config.lost_after),
+      places_(config.places),
+      loops_(config.verify, config.merge_while_mapping),
+      verifier_(config.verify, places_, config.merge_while_mapping, config.lost_after),
       decision_(config.lost_after),
       fusion_(config.atlas) {}
 
@@ -61,14 +62,18 @@ bool TeamMap::step(Instant now, const Stop& stop) {
   worked_ = Work::none;
   const Agreement team(log_, presence_, now);
   note_end(team, now);
-  if (verify(team, now, stop)) return true;
-  const auto wanted_now = wanted(team);
-  return decide(team, wanted_now) || fuse(team, wanted_now, now, stop);
+  return find_loops(team, now, stop) || verify(team, now, stop) || decide(team) || fuse(team, now, stop);
 }
 
 void TeamMap::took(Duration cost) {
   if (worked_ == Work::verified) verifier_.took(cost);
   if (worked_ == Work::fused) next_interim_fusion_ += 10 * cost;
+}
+
+bool TeamMap::find_loops(const Agreement& team, Instant now, const Stop& stop) {
+  const bool looked = loops_.look(team, places_, stop);
+  if (const auto loops = loops_.news(team, now)) records_.push_back({Lane::poses, RecordKind::link, encode(*loops)});
+  return looked;
 }
 
 bool TeamMap::verify(const Agreement& team, Instant now, const Stop& stop) {
@@ -79,31 +84,36 @@ bool TeamMap::verify(const Agreement& team, Instant now, const Stop& stop) {
   return true;
 }
 
-std::optional<SolutionRecord> TeamMap::wanted(const Agreement& team) const {
-  if (auto final = team.final_solution()) return final;
-  if (config_.merge_while_mapping <= Duration::zero() || team.over()) return std::nullopt;
-  const auto all = counting_links(log_);
-  const auto accepted = [](const auto& link) { return link.reason == LinkReason::accepted; };
-  if (std::ranges::none_of(all, accepted)) return std::nullopt;
-  return solve(team.robots(), all);
+bool TeamMap::map_is_due(const Agreement& team) const {
+  if (team.ready()) return true;
+  if (config_.merge_while_mapping <= Duration::zero() || team.over()) return false;
+  return std::ranges::any_of(counting_links(log_), [](const auto& l) { return l.reason == LinkReason::accepted; });
 }
 
-bool TeamMap::decide(const Agreement& team, const std::optional<SolutionRecord>& wanted) {
-  if (!wanted || same_solution(wanted, published_) || decision_.decider(team) != self_ || decision_.made(team, *wanted))
-    return false;
+// Once the links are all that will come, the very solution that follows from them; before, whatever is near enough.
+bool TeamMap::decide(const Agreement& team) {
+  if (!map_is_due(team) || decision_.decider(team) != self_) return false;
+  const SolutionRecord* mine = published_ ? &*published_ : nullptr;
+  const auto wanted = solver_.wanted(team, mine);
+  if (!wanted || same_solution(&*wanted, mine)) return false;
+  const SolutionRecord* made = decision_.made(team, solver_);
+  const bool mine_counts = made != nullptr && same_solution(made, mine);
+  if (made != nullptr && !mine_counts) return false;  // of one that has gone
+  if (mine_counts && !team.ready() && agree(log_, *mine, *wanted, TeamSolver::kWorth_m)) return false;
   published_ = wanted;
   records_.push_back({Lane::poses, RecordKind::solution, encode(*wanted)});
   return true;
 }
 
-bool TeamMap::fuse(const Agreement& team, const std::optional<SolutionRecord>& wanted, Instant now, const Stop& stop) {
+bool TeamMap::fuse(const Agreement& team, Instant now, const Stop& stop) {
   const bool final = team.over(), outdated = fusion_.outdated(log_);
-  const bool current = wanted && !outdated && same_solution(fusion_.solution(), wanted);
+  const SolutionRecord* made = map_is_due(team) ? decision_.made(team, solver_) : nullptr;
+  const bool current = made != nullptr && !outdated && fusion_.solution() && same_solution(&*fusion_.solution(), made);
   // What was begun while robots map is finished first, even when its solution is out of date by then.
   if (!fusion_.underway() || (!current && (outdated || final))) {
-    if (!wanted || (current && fusion_.complete(log_)) || !decision_.made(team, *wanted)) return false;
+    if (made == nullptr || (current && fusion_.complete(log_))) return false;
     if (!final && now < next_interim_fusion_) return false;
-    fusion_.begin(*wanted);
+    fusion_.begin(*made);
     next_interim_fusion_ = now + config_.merge_while_mapping;
   }
   const TeamMember* member = log_.find(fusion_.next());
@@ -154,17 +164,19 @@ void TeamMap::note_gone(const Agreement& team) {
       view_.cut_short.insert(robot);
 }
 
-void TeamMap::update_view(const Agreement& team, const std::optional<SolutionRecord>& final) {
+void TeamMap::update_view(const Agreement& team) {
   view_.robots_known = team.robots().size();
-  view_.places_refused = verifier_.places().refused();
+  view_.places_refused = places_.index().refused();
   view_.robots_finished = 0;
   for (const RobotId& robot : team.robots()) view_.robots_finished += log_.find(robot)->finished ? 1 : 0;
   view_.waiting = team.waiting();
   const auto elected = decision_.decider(team);
-  if (view_.waiting.empty() && final && elected && *elected != self_ && !decision_.made(team, *final))
+  const SolutionRecord* final = team.ready() ? decision_.made(team, solver_) : nullptr;
+  if (view_.waiting.empty() && team.ready() && elected && *elected != self_ && final == nullptr)
     view_.waiting.push_back({*elected, Waiting::What::solution, team.silent(*elected)});
   const bool all_here = std::ranges::all_of(team.robots(), [&](const RobotId& r) { return team.all_here(r); });
-  const bool settled = final && all_here && fusion_.complete(log_) && same_solution(final, fusion_.solution());
+  const bool settled =
+      final != nullptr && all_here && fusion_.complete(log_) && same_solution(final, &*fusion_.solution());
   if (settled && std::exchange(told_settled_, view_.digest) != view_.digest)
     events_.emplace_back(MapSettled{view_.digest, view_.blocks, view_.submaps_refused});
   view_.settled = settled;
@@ -174,10 +186,9 @@ void TeamMap::update_view(const Agreement& team, const std::optional<SolutionRec
 void TeamMap::observe(Instant now) {
   if (std::exchange(fused_anew_, false)) fused_at_ = now;
   const Agreement team(log_, presence_, now);
-  const auto final = team.final_solution();
   note_gone(team);
-  if (const auto passed_over = decision_.look(team, final, now)) events_.emplace_back(*passed_over);
-  update_view(team, final);
+  if (const auto passed_over = decision_.look(team, team.ready(), solver_, now)) events_.emplace_back(*passed_over);
+  update_view(team);
 }
 
 std::optional<SolutionRecord> TeamMap::solution() const { return fusion_.done() ? fusion_.solution() : std::nullopt; }

@@ -32,7 +32,7 @@ Status keep_keyframe(const RecordPtr& record, TeamMember& member) {
   if (member.keyframes.size() == TeamMember::kMaxKeyframes)
     return ++member.keyframes_refused, Error{"keyframe record", "this robot has as many as are looked at"};
   member.keyframes.push_back(record);
-  member.places.push_back({keyframe->index, keyframe->anchor, keyframe->T_robot_keyframe});
+  member.places.push_back({keyframe->index, keyframe->anchor, keyframe->T_robot_keyframe, keyframe->time});
   return success();
 }
 

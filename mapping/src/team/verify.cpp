@@ -10,6 +10,9 @@ namespace onemap::mapping {
 
 namespace {
 
+constexpr double kAhead_m = 2, kApart_m = 3;  // what two clouds look at, and how far apart they and that may be
+constexpr std::size_t kMorePairs = 24;
+
 // Eq. (11): ref_a T ref_b through the clouds r and s.
 Pose between_references(const Verified& v) { return v.T_a_r * v.result.T_r_s * v.T_b_s.inverse(); }
 
@@ -46,14 +49,13 @@ double fit_common(const std::vector<const Verified*>& pairs, Pose& T_a_b, int& i
 }
 
 // Looks closely at the candidates; their clouds are unpacked one pair at a time. Notes in `link` why the most promising
-// of the refused was refused. Nothing when stopped.
-std::optional<std::vector<Verified>> verify_candidates(const KeyframeSource& a, const KeyframeSource& b,
-                                                       const std::vector<CloudPair>& chosen, const VerifyConfig& config,
-                                                       const std::function<bool()>& stop, LinkRecord& link) {
-  std::vector<Verified> verified;
+// of the refused was refused. False when stopped.
+bool verify_candidates(const KeyframeSource& a, const KeyframeSource& b, const std::vector<CloudPair>& chosen,
+                       const VerifyConfig& config, const std::function<bool()>& stop, std::vector<Verified>& verified,
+                       LinkRecord& link) {
   int best_refused = -1;
   for (const CloudPair& c : chosen) {
-    if (stop()) return std::nullopt;
+    if (stop()) return false;
     const KeyframeRecord r = a.load(c.r), s = b.load(c.s);
     const Cloud cloud_r = unpack(r), cloud_s = unpack(s, Normals::none);
     Verified v = verify_clouds(cloud_r, cloud_s, config);
@@ -71,7 +73,7 @@ std::optional<std::vector<Verified>> verify_candidates(const KeyframeSource& a, 
       link.inliers = static_cast<std::uint32_t>(v.result.inliers);
     }
   }
-  return verified;
+  return true;
 }
 
 // The largest set of pairs that agree with one of them.
@@ -87,17 +89,61 @@ std::vector<const Verified*> largest_agreement(const std::vector<Verified>& veri
   return best;
 }
 
+// What the pose graph gets: every pair that was verified, sorted.
+std::vector<LinkPair> pairs_of(const std::vector<Verified>& verified) {
+  std::vector<LinkPair> out;
+  for (const Verified& v : verified)
+    out.push_back({v.keyframe_r, v.keyframe_s, static_cast<std::uint32_t>(v.result.inliers), quantize(v.result.T_r_s)});
+  const auto ends = [](const LinkPair& pair) { return std::pair(pair.keyframe_a, pair.keyframe_b); };
+  std::ranges::stable_sort(out, {}, ends);
+  const auto same = [&](const LinkPair& x, const LinkPair& y) { return ends(x) == ends(y); };
+  out.erase(std::unique(out.begin(), out.end(), same), out.end());
+  return out;
+}
+
+const Verified& strongest(const std::vector<const Verified*>& pairs) {
+  return **std::ranges::max_element(pairs, {}, [](const Verified* v) { return v->result.inliers; });
+}
+
+bool enough(const std::vector<const Verified*>& pairs, const VerifyConfig& config) {
+  return pairs.size() >= static_cast<std::size_t>(config.min_supporting_pairs) ||
+         (!pairs.empty() && strongest(pairs).result.inliers >= config.strong_inliers);
+}
+
+// Once it is known how the two maps lie: the pairs of clouds that look at one place from nearby and were not looked at
+// yet, the nearest first. Where features are few the index does not see them.
+std::vector<CloudPair> side_by_side(const KeyframeSource& a, const KeyframeSource& b, const Pose& T_a_b,
+                                    const std::vector<CloudPair>& looked_at) {
+  const Vector3d ahead(0, 0, kAhead_m);
+  const auto poses = [](const KeyframeSource& source) {
+    std::vector<Pose> out;
+    for (std::size_t i = 0; i < source.count; ++i) out.push_back(from_quantized(source.load(i).T_robot_keyframe));
+    return out;
+  };
+  const std::vector<Pose> in_a = poses(a), in_b = poses(b);
+  std::vector<std::pair<double, CloudPair>> near;
+  for (std::size_t r = 0; r < in_a.size(); ++r)
+    for (std::size_t s = 0; s < in_b.size(); ++s) {
+      const Pose T_r_s = in_a[r].inverse() * T_a_b * in_b[s];
+      const double apart = (T_r_s * ahead - ahead).norm() + T_r_s.t.norm();
+      const auto same = [&](const CloudPair& pair) { return pair.r == r && pair.s == s; };
+      if (apart < kApart_m && std::ranges::none_of(looked_at, same)) near.push_back({apart, {r, s, 0}});
+    }
+  std::ranges::stable_sort(near, {}, &std::pair<double, CloudPair>::first);
+  if (near.size() > kMorePairs) near.resize(kMorePairs);
+  std::vector<CloudPair> out;
+  for (const auto& [apart, pair] : near) out.push_back(pair);
+  return out;
+}
+
 // The link from the pairs that agree.
 void conclude(const std::vector<const Verified*>& best, const VerifyConfig& config, LinkRecord& link) {
   link.supporting_pairs = static_cast<std::uint32_t>(best.size());
-  const Verified& top = **std::max_element(best.begin(), best.end(), [](const Verified* x, const Verified* y) {
-    return x->result.inliers < y->result.inliers;
-  });
+  const Verified& top = strongest(best);
   link.keyframe_a = top.keyframe_r;
   link.keyframe_b = top.keyframe_s;
   link.ratio_e4 = static_cast<std::uint32_t>(std::lround(top.result.ratio * 10000));
-  if (best.size() < static_cast<std::size_t>(config.min_supporting_pairs) &&
-      top.result.inliers < config.strong_inliers) {
+  if (!enough(best, config)) {
     link.reason = LinkReason::inconsistent;
     link.inliers = static_cast<std::uint32_t>(top.result.inliers);
     return;
@@ -121,10 +167,16 @@ std::optional<LinkRecord> verify_robots(const KeyframeSource& a, const KeyframeS
   link.keyframes_a = static_cast<std::uint32_t>(a.count);
   link.keyframes_b = static_cast<std::uint32_t>(b.count);
   link.reason = LinkReason::too_few_matches;
-  const auto verified = verify_candidates(a, b, choose(std::move(pairs)), config, stop, link);
-  if (!verified) return std::nullopt;
-  const auto best = largest_agreement(*verified);
+  std::vector<Verified> verified;
+  const std::vector<CloudPair> chosen = choose(std::move(pairs));
+  if (!verify_candidates(a, b, chosen, config, stop, verified, link)) return std::nullopt;
+  if (const auto first = largest_agreement(verified); enough(first, config)) {
+    const auto more = side_by_side(a, b, between_references(strongest(first)), chosen);
+    if (!verify_candidates(a, b, more, config, stop, verified, link)) return std::nullopt;
+  }
+  const auto best = largest_agreement(verified);
   if (!best.empty()) conclude(best, config, link);
+  if (link.reason == LinkReason::accepted) link.pairs = pairs_of(verified);
   return link;
 }
 

@@ -20,11 +20,20 @@ enum class LinkReason : std::uint8_t {
 };
 
 inline constexpr std::uint32_t kMaxSupportingPairs = 1024, kMaxInliersOfPair = 1000;
+inline constexpr std::size_t kMaxLinkPairs = 256;
+
+// Two keyframes that were found to show one place.
+struct LinkPair {
+  std::uint32_t keyframe_a = 0, keyframe_b = 0;
+  std::uint32_t inliers = 0;  // matched features that agree; 1 to 1000
+  QuantizedPose T_a_b;        // keyframe b in the frame of keyframe a
+  bool operator==(const LinkPair&) const = default;
+};
 
 // A verified (or refused) relation of two robots' maps: the paper's quality ratio and eq. (11). One of the two writes
-// it: a, and b only when a is gone.
+// it: a, and b only when a is gone. Or, with a = b, the places that one robot came back to.
 struct LinkRecord {                                // lane poses
-  RobotId a, b;                                    // a < b
+  RobotId a, b;                                    // a <= b
   std::uint64_t incarnation_other = 0;             // which life of the other one; the author's is that of its log
   std::uint32_t keyframes_a = 0, keyframes_b = 0;  // so many keyframes of each were looked at
   std::uint32_t keyframe_a = 0, keyframe_b = 0;    // the best pair of clouds r, s
@@ -33,7 +42,10 @@ struct LinkRecord {                                // lane poses
   std::uint32_t inliers = 0;           // matched features that agree, over all supporting pairs; 1000 of each at most
   std::uint32_t ratio_e4 = 0;          // quality ratio of the best pair: inliers / features, times 10000
   std::int32_t error_um = 0;           // rms of the supporting pairs' residual
-  QuantizedPose T_a_b;                 // ref_a T ref_b
+  QuantizedPose T_a_b;                 // ref_a T ref_b, if both robots' odometry were right; a = b: the identity
+  // Every verified pair, also those that do not support T_a_b: odometry drifts, and the pose graph judges. Sorted by
+  // (keyframe_a, keyframe_b), each once; a = b: keyframe_a < keyframe_b. At most 256; none unless accepted.
+  std::vector<LinkPair> pairs;
 };
 
 std::vector<std::uint8_t> encode(const LinkRecord& record);

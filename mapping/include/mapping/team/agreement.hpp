@@ -4,7 +4,6 @@
 #include <set>
 #include <vector>
 
-#include "mapping/records/solution.hpp"
 #include "mapping/team/presence.hpp"
 #include "mapping/team/team_log.hpp"
 
@@ -36,8 +35,9 @@ class Agreement {
   // are: then the records that there are decide.
   std::optional<RobotId> verifier(const RobotId& a, const RobotId& b) const;
   bool verified(const RobotId& a, const RobotId& b) const;  // with all keyframes, or there is nothing to look at
-  // From the links that count; nothing while the work is not over or a pair is not verified.
-  std::optional<SolutionRecord> final_solution() const;
+  bool looked_at_own(const RobotId& robot) const;           // for places that it came back to, or nobody will
+  // Whether the links are all that will come: the work is over and every pair is verified.
+  bool ready() const;
   Duration silent(const RobotId& robot) const;
   // Of others, for the final map: sorted by robot, each with the first thing that it owes. Not what follows from the
   // solution: who should have published it is not known here.

@@ -8,6 +8,7 @@
 
 #include "mapping/local/make_submap.hpp"
 #include "mapping/mesh.hpp"
+#include "mapping/records/solution.hpp"
 #include "mapping/records/submap.hpp"
 
 namespace onemap::mapping {
@@ -23,12 +24,6 @@ struct AtlasCounters {
   std::uint64_t blocks = 0;           // of the robots, each counted once in its latest version
   std::uint64_t blocks_left_out = 0;  // of these: voxels more than 4 times larger or smaller than the global map's,
   std::uint64_t blocks_unplaced = 0;  // or an anchor that is not known
-};
-
-// Where an anchor is in the global frame.
-struct PlacedAnchor {
-  std::uint32_t keyframe = 0;
-  QuantizedPose T_map_anchor;
 };
 
 class Atlas {

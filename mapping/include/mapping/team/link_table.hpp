@@ -16,4 +16,8 @@ bool covers(const LinkRecord& link, const TeamMember& a, const TeamMember& b);
 // The links that count, accepted and refused, of the robots that count; sorted by pair.
 std::vector<LinkRecord> counting_links(const TeamLog& log);
 
+// What each robot that counts last wrote of the places that it came back to in its present life; nullptr: nothing yet.
+const LinkRecord* own_loops(const TeamMember& member, const RobotId& robot);
+std::vector<LinkRecord> counting_loops(const TeamLog& log);  // sorted by robot
+
 }  // namespace onemap::mapping

@@ -32,7 +32,7 @@ class MapFusion {
   std::size_t submaps() const { return submaps_; }                             // records that went in
   std::size_t submaps_left_out() const { return submaps_left_out_; }           // beyond what may be decoded
   const VoxelMap* map() const { return done() ? &atlas_->map() : nullptr; }
-  std::uint64_t digest() const;  // of the map and the solution
+  std::uint64_t digest() const;  // of the map and of where the solution puts whom, whatever lives these are
   std::uint64_t blocks_unplaced() const { return atlas_ ? atlas_->counters().blocks_unplaced : 0; }  // no known anchor
 
   // Records whose content turned out to be malformed; each is told whenever it was to be fused.

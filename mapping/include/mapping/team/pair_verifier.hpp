@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "mapping/team/agreement.hpp"
+#include "mapping/team/own_places.hpp"
 #include "mapping/team/pair_schedule.hpp"
 #include "mapping/team/patience.hpp"
 #include "mapping/team/verify.hpp"
@@ -10,12 +11,12 @@
 namespace onemap::mapping {
 
 // Looks at the pairs of robots that are this robot's to look at, when they are due: those with robots of higher ids,
-// and those with lower ones that are gone or let the team wait for long. This robot's keyframes are in a place index,
-// which the others' ask. Used by one thread.
+// and those with lower ones that are gone or let the team wait for long. The others' keyframes ask this robot's places.
+// Used by one thread.
 class PairVerifier {
  public:
   // interval: see PairSchedule; patience: with a lower robot that lives and does not look.
-  PairVerifier(const VerifyConfig& config, const PlaceIndexConfig& places, Duration interval, Duration patience)
+  PairVerifier(const VerifyConfig& config, OwnPlaces& places, Duration interval, Duration patience)
       : config_(config), schedule_(interval), patience_(patience), places_(places) {}
 
   struct Look {
@@ -25,12 +26,10 @@ class PairVerifier {
   // Looks at one pair; nothing when none is due, or when stop() said true in between.
   std::optional<Look> next(const Agreement& team, Instant now, const std::function<bool()>& stop);
   void took(Duration cost);  // the last look
-  const PlaceIndex& places() const { return places_; }
 
  private:
-  void index(const RobotId& self, const TeamMember& own);
-  std::optional<std::vector<CloudPair>> pairs(const KeyframeSource& own, const KeyframeSource& foreign, bool own_first,
-                                              const std::function<bool()>& stop);
+  std::optional<std::vector<CloudPair>> pairs(const RobotId& self, const TeamMember& own, const KeyframeSource& foreign,
+                                              bool own_first, const std::function<bool()>& stop);
   bool mine(const Agreement& team, const RobotId& other, Instant now);
   std::optional<Look> look(const Agreement& team, const RobotId& other, Instant now, const std::function<bool()>& stop);
 
@@ -38,9 +37,7 @@ class PairVerifier {
   PairSchedule schedule_;
   Patience<RobotId> patience_;
   std::optional<RobotId> last_;
-  PlaceIndex places_;                    // of this robot's keyframes, by their positions in its log
-  std::uint64_t indexed_life_ = 0;       // whose
-  std::uint32_t indexed_keyframes_ = 0;  // so many of them were put in, or refused
+  OwnPlaces& places_;
 };
 
 }  // namespace onemap::mapping

@@ -27,6 +27,8 @@ class TeamLog {
   const std::map<RobotId, TeamMember>& members() const { return members_; }
   const TeamMember* find(const RobotId& robot) const;  // nullptr: no record of it
   std::vector<RobotId> robots() const;                 // that count: with a valid Hello; sorted
+  // Another number whenever a record came, or a life began, that the pose graph may look different for.
+  std::uint64_t revision() const { return revision_; }
 
  private:
   Result<TeamMember*> member_of(const LogId& log);  // nullptr: of an earlier life
@@ -34,6 +36,7 @@ class TeamLog {
   const RobotId self_;
   std::uint64_t incarnation_;
   std::map<RobotId, TeamMember> members_;
+  std::uint64_t revision_ = 0;
 };
 
 }  // namespace onemap::mapping

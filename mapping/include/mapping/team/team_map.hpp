@@ -9,11 +9,14 @@
 #include "mapping/records/kind.hpp"
 #include "mapping/team/agreement.hpp"
 #include "mapping/team/decision.hpp"
+#include "mapping/team/loop_finder.hpp"
 #include "mapping/team/map_fusion.hpp"
+#include "mapping/team/own_places.hpp"
 #include "mapping/team/pair_verifier.hpp"
 #include "mapping/team/presence.hpp"
 #include "mapping/team/team_event.hpp"
 #include "mapping/team/team_log.hpp"
+#include "mapping/team/team_solver.hpp"
 
 namespace onemap::mapping {
 
@@ -47,8 +50,9 @@ struct RefusedRecords {
 };
 
 // The team's map from everybody's records (the paper, section 4): the parts of this folder put together. Which robot
-// does what follows from the records: of each pair the lower id verifies, one elected robot decides (publishes the
-// Solution), and everyone fuses what was decided once it is what the links say. What is concluded while robots still
+// does what follows from the records: each looks for its own loops, of each pair the lower id verifies, one elected
+// robot decides (solves the pose graph and publishes the Solution), and everyone fuses what was decided once it is what
+// the links say. What is concluded while robots still
 // map is replaced by what is concluded from all records, so in the end equal record sets give equal maps. A robot that
 // is gone is not waited for, and the next one does its work. Used by one thread.
 class TeamMap {
@@ -86,20 +90,24 @@ class TeamMap {
   enum class Work { none, verified, fused };
   void refuse(const RecordId& id, std::uint16_t kind, const std::string& reason);
   void tell(const Record& record, bool first_hello);
+  bool find_loops(const Agreement& team, Instant now, const Stop& stop);
   bool verify(const Agreement& team, Instant now, const Stop& stop);
-  std::optional<SolutionRecord> wanted(const Agreement& team) const;  // the final one, else an interim one
-  bool decide(const Agreement& team, const std::optional<SolutionRecord>& wanted);
-  bool fuse(const Agreement& team, const std::optional<SolutionRecord>& wanted, Instant now, const Stop& stop);
+  bool map_is_due(const Agreement& team) const;  // the final one, or an interim one
+  bool decide(const Agreement& team);
+  bool fuse(const Agreement& team, Instant now, const Stop& stop);
   void fused(bool final);
   void note_end(const Agreement& team, Instant now);
   void note_gone(const Agreement& team);
-  void update_view(const Agreement& team, const std::optional<SolutionRecord>& final);
+  void update_view(const Agreement& team);
 
   const RobotId self_;
   const TeamMapConfig config_;
   TeamLog log_;
   Presence presence_;
+  OwnPlaces places_;
+  LoopFinder loops_;
   PairVerifier verifier_;
+  TeamSolver solver_;
   Decision decision_;
   std::optional<SolutionRecord> published_;
   MapFusion fusion_;

@@ -20,6 +20,7 @@ using RecordPtr = std::shared_ptr<const Record>;
 struct KeyframePlace {
   std::uint32_t index = 0, anchor = 0;  // the robot's own count
   QuantizedPose T_robot_keyframe;
+  FrameTime time{};
 };
 
 // One robot of the team by its records of one life. What is large stays encoded, in the bodies that the store holds

@@ -38,8 +38,8 @@ class UdpPort final : public DatagramPort {
   bool send(const OutgoingDatagram& datagram) override;
   bool receive(IncomingDatagram& datagram) override;
   bool wait(Duration at_most) override;
+  void wake() override;
 
-  void wake();             // from any thread: a running or the next wait() returns at once
   int descriptor() const;  // for a poll loop of the caller's
   const UdpCounters& counters() const;
 

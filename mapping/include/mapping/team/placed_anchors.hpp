@@ -1,0 +1,18 @@
+#pragma once
+#include <optional>
+#include <vector>
+
+#include "mapping/records/solution.hpp"
+#include "mapping/team/team_member.hpp"
+
+// Where a solution puts what a robot has seen. Integers from integers, so every machine puts it in the same place.
+namespace onemap::mapping {
+
+// All of the robot's anchors in the global frame, sorted: those of the solution where it has them, each other one by
+// odometry from the one before it. Empty when the solution is of another life.
+std::vector<PlacedAnchor> placed_anchors(const TeamMember& member, const SolvedRobot& solved);
+
+// The solution's entry for the robot; nullptr: it is not in the map.
+const SolvedRobot* find_solved(const SolutionRecord& solution, const RobotId& robot);
+
+}  // namespace onemap::mapping

@@ -1,0 +1,23 @@
+#pragma once
+#include <span>
+
+#include "mapping/records/solution.hpp"
+#include "mapping/team/pose_graph.hpp"
+#include "mapping/team/team_log.hpp"
+
+// The team's pose graph from its records, and what it says as a record.
+namespace onemap::mapping {
+
+// A chain for each of `robots` with a keyframe: its anchors, by its odometry. A link for each pair of keyframes of the
+// links that count, and of the robots' own loops. What the graph has no room for is counted in its refused().
+PoseGraph team_graph(const TeamLog& log, std::span<const RobotId> robots);
+
+// Solves it. With the solution in use: starts from there, and keeps its reference and the anchors that would hardly
+// move. Without: a function of the records alone. With no keyframe anywhere the first robot alone is the map.
+SolutionRecord solve_team(const TeamLog& log, std::span<const RobotId> robots, const SolutionRecord* in_use = nullptr);
+
+// Whether the two put the same robots in the same frame, and every anchor that is here in the same place: none with a
+// corner of its surroundings more than `bound_m` apart.
+bool agree(const TeamLog& log, const SolutionRecord& a, const SolutionRecord& b, double bound_m);
+
+}  // namespace onemap::mapping

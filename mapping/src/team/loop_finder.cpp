@@ -1,0 +1,121 @@
+#include "mapping/team/loop_finder.hpp"
+
+#include <algorithm>
+
+#include "team/verify_clouds.hpp"
+
+namespace onemap::mapping {
+
+namespace {
+
+constexpr std::uint32_t kNeighbours = 20;     // keyframes that odometry, or the tracker's landmarks, join anyway
+constexpr std::size_t kPlaces = 6;            // of the index for each keyframe
+constexpr std::uint32_t kFewest = 12;         // features that are alike in a pair that is worth a look
+constexpr std::size_t kLooks = 2;             // closely, for each keyframe
+constexpr int kTriesOfAnchors = 8;            // closely, for each pair of anchors
+constexpr std::ptrdiff_t kKeptOfAnchors = 3;  // more of one view say nothing new
+
+std::pair<std::uint32_t, std::uint32_t> ends(const LinkPair& pair) { return {pair.keyframe_a, pair.keyframe_b}; }
+
+}  // namespace
+
+void LoopFinder::begin_life(const TeamMember& own) {
+  if (life_ == own.incarnation && looked_ <= own.keyframes.size()) return;
+  life_ = own.incarnation;
+  looked_ = told_ = 0;
+  found_.clear();
+  tried_.clear();
+  untold_ = false;
+}
+
+// Positions in the log, the likeliest first. Only earlier keyframes are asked, so it does not matter how many the index
+// holds by now.
+std::vector<std::uint32_t> LoopFinder::candidates(const TeamMember& own, const KeyframeRecord& keyframe,
+                                                  PlaceIndex& index) const {
+  const auto may = [&](const PlaceId& id) {
+    const KeyframePlace& place = own.places[id.keyframe];
+    return id.keyframe < looked_ && place.index + kNeighbours <= keyframe.index && place.anchor != keyframe.anchor;
+  };
+  std::vector<std::uint32_t> out;
+  for (const Place& place : index.query(keyframe.descriptor_kind, binary_features(keyframe), kPlaces, may))
+    if (place.features >= kFewest) out.push_back(place.id.keyframe);
+  return out;
+}
+
+void LoopFinder::keep(const LinkPair& pair, std::uint32_t anchor_a, std::uint32_t anchor_b) {
+  const auto same = [&](const Found& f) { return f.anchor_a == anchor_a && f.anchor_b == anchor_b; };
+  const auto weaker = [](const Found& x, const Found& y) { return x.pair.inliers < y.pair.inliers; };
+  const bool many = std::ranges::count_if(found_, same) >= kKeptOfAnchors;
+  if (!many && found_.size() < kMaxLinkPairs) {
+    found_.push_back({pair, anchor_a, anchor_b});
+    untold_ = true;
+    return;
+  }
+  auto weakest = found_.end();
+  for (auto at = found_.begin(); at != found_.end(); ++at)
+    if ((!many || same(*at)) && (weakest == found_.end() || weaker(*at, *weakest))) weakest = at;
+  if (pair.inliers <= weakest->pair.inliers) return;
+  *weakest = {pair, anchor_a, anchor_b};
+  untold_ = true;
+}
+
+bool LoopFinder::look(const Agreement& team, OwnPlaces& places, const std::function<bool()>& stop) {
+  const RobotId& self = team.log().self();
+  const TeamMember* own = team.log().find(self);
+  if (own == nullptr) return false;
+  begin_life(*own);
+  if (looked_ == own->keyframes.size()) return false;
+  const KeyframeSource source = keyframes_of(self, *own);
+  const KeyframeRecord keyframe = source.load(looked_);
+  const auto asked = candidates(*own, keyframe, places.up_to_date(self, *own));
+  const Cloud cloud = asked.empty() ? Cloud{} : unpack(keyframe, Normals::none);
+  std::vector<std::pair<LinkPair, std::uint32_t>> verified;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> tried;
+  std::size_t looks = 0;
+  for (const std::uint32_t position : asked) {
+    if (stop()) return false;
+    const KeyframeRecord earlier = source.load(position);
+    const std::pair anchors{earlier.anchor, keyframe.anchor};
+    const auto before = tried_.find(anchors);
+    if ((before == tried_.end() ? 0 : before->second) + tried[anchors] >= kTriesOfAnchors) continue;
+    ++tried[anchors];
+    const PairResult result = verify_clouds(unpack(earlier), cloud, config_).result;
+    if (result.reason == LinkReason::accepted)
+      verified.push_back(
+          {{earlier.index, keyframe.index, static_cast<std::uint32_t>(result.inliers), quantize(result.T_r_s)},
+           earlier.anchor});
+    if (++looks == kLooks) break;
+  }
+  for (const auto& [anchors, count] : tried) tried_[anchors] += count;
+  for (const auto& [pair, anchor] : verified) keep(pair, anchor, keyframe.anchor);
+  ++looked_;
+  return true;
+}
+
+std::optional<LinkRecord> LoopFinder::news(const Agreement& team, Instant now) {
+  const RobotId& self = team.log().self();
+  const TeamMember* own = team.log().find(self);
+  if (own == nullptr || own->incarnation != life_ || looked_ == 0) return std::nullopt;
+  const bool end = looked_ == own->keyframes.size() && team.keyframes_here(self);
+  const bool now_and_then = untold_ && interval_ > Duration::zero() && now >= next_;
+  if (!(end && told_ != looked_) && !now_and_then) return std::nullopt;
+  untold_ = false;
+  told_ = looked_;
+  next_ = now + interval_;
+  LinkRecord out;
+  out.a = out.b = self;
+  out.incarnation_other = life_;
+  out.keyframes_a = out.keyframes_b = static_cast<std::uint32_t>(looked_);
+  out.reason = found_.empty() ? LinkReason::too_few_matches : LinkReason::accepted;
+  for (const Found& found : found_) {
+    out.pairs.push_back(found.pair);
+    out.inliers += found.pair.inliers;
+  }
+  std::ranges::sort(out.pairs, {}, ends);
+  const auto same = [](const LinkPair& x, const LinkPair& y) { return ends(x) == ends(y); };
+  out.pairs.erase(std::unique(out.pairs.begin(), out.pairs.end(), same), out.pairs.end());
+  out.supporting_pairs = static_cast<std::uint32_t>(out.pairs.size());
+  return out;
+}
+
+}  // namespace onemap::mapping

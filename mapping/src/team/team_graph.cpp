@@ -1,0 +1,165 @@
+#include "mapping/team/team_graph.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "mapping/team/link_table.hpp"
+#include "mapping/team/placed_anchors.hpp"
+#include "team/pose_graph/keep.hpp"
+
+namespace onemap::mapping {
+
+namespace {
+
+// How unsure odometry is of the step from one keyframe to the next; the errors of steps are independent.
+constexpr double kStep_m = 0.005, kStep_rad = 0.004;
+constexpr double kBox_m = 1.5;  // what an anchor's submap reaches: a box of three metres in front of it
+
+// The keyframes of one robot by their numbers; of those that claim one number the first counts.
+using Places = std::map<std::uint32_t, const KeyframePlace*>;
+
+Places places_of(const TeamMember& member) {
+  Places out;
+  for (const KeyframePlace& place : member.places) out.emplace(place.index, &place);
+  return out;
+}
+
+ChainAnchor surroundings() {
+  ChainAnchor out;
+  out.box_centre_m = Vector3d(0, 0, kBox_m);
+  out.box_half_m = Vector3d::Constant(kBox_m);
+  return out;
+}
+
+std::vector<ChainAnchor> chain_of(const Places& places) {
+  std::vector<ChainAnchor> out;
+  Pose T_robot_previous;
+  double steps = 0;
+  for (const auto& [index, place] : places) {
+    ++steps;
+    if (index != place->anchor) continue;
+    const Pose T_robot_anchor = from_quantized(place->T_robot_keyframe);
+    ChainAnchor anchor = surroundings();
+    anchor.keyframe = index;
+    anchor.T_previous_anchor = T_robot_previous.inverse() * T_robot_anchor;
+    anchor.information = information_of(kStep_rad * std::sqrt(steps), kStep_m * std::sqrt(steps));
+    out.push_back(anchor);
+    T_robot_previous = T_robot_anchor;
+    steps = 0;
+  }
+  return out;
+}
+
+std::optional<LinkEnd> end_of(const ChainId& chain, const Places& places, std::uint32_t keyframe) {
+  const auto at = places.find(keyframe);
+  if (at == places.end()) return std::nullopt;
+  const auto anchor = places.find(at->second->anchor);
+  if (anchor == places.end() || anchor->second->anchor != anchor->first) return std::nullopt;
+  const Pose T_robot_anchor = from_quantized(anchor->second->T_robot_keyframe);
+  return LinkEnd{chain, keyframe, anchor->first,
+                 T_robot_anchor.inverse() * from_quantized(at->second->T_robot_keyframe)};
+}
+
+struct Chain {
+  ChainId id;
+  Places places;
+};
+
+void add_link(const LinkRecord& link, const Chain& a, const Chain& b, PoseGraph& graph) {
+  for (const LinkPair& pair : link.pairs) {
+    const auto end_a = end_of(a.id, a.places, pair.keyframe_a), end_b = end_of(b.id, b.places, pair.keyframe_b);
+    if (!end_a || !end_b || end_a->anchor_id() == end_b->anchor_id()) continue;
+    // What is refused the graph counts.
+    static_cast<void>(graph.set_link({*end_a, *end_b, from_quantized(pair.T_a_b), pair.inliers}));
+  }
+}
+
+// The solution in use as the graph has it: one component, of the anchors that are here.
+GraphSolution graph_solution(const TeamLog& log, const SolutionRecord& solution) {
+  GraphSolution out;
+  GraphComponent& component = out.components.emplace_back();
+  for (const SolvedRobot& solved : solution.robots) {
+    const TeamMember* member = log.find(solved.robot);
+    if (member == nullptr) continue;
+    const ChainId chain{solved.robot, solved.incarnation};
+    component.chains.push_back(chain);
+    const auto anchors = placed_anchors(*member, solved);
+    if (solved.robot == solution.reference && !anchors.empty()) component.reference = {chain, anchors[0].keyframe};
+    for (const PlacedAnchor& anchor : anchors)
+      out.anchors.push_back({.id = {chain, anchor.keyframe}, .T_map_anchor = anchor.T_map_anchor});
+  }
+  return out;
+}
+
+// The global frame is that of the reference's odometry; another one is nobody's to choose.
+bool in_own_frame(const TeamLog& log, const SolutionRecord& solution) {
+  const TeamMember* member = log.find(solution.reference);
+  const SolvedRobot* solved = find_solved(solution, solution.reference);
+  if (member == nullptr || solved == nullptr) return false;
+  const auto here = placed_anchors(*member, *solved),
+             own = placed_anchors(*member, {solved->robot, solved->incarnation, {}});
+  return !here.empty() && here[0] == own[0];
+}
+
+SolutionRecord record_of(const GraphSolution& solution) {
+  SolutionRecord out;
+  out.reference = solution.components[0].reference.chain.robot;
+  for (const SolvedAnchor& anchor : solution.anchors) {
+    if (anchor.component != 0) continue;
+    const ChainId& chain = anchor.id.chain;
+    if (out.robots.empty() || out.robots.back().robot != chain.robot)
+      out.robots.push_back({chain.robot, chain.incarnation, {}});
+    out.robots.back().anchors.push_back({anchor.id.keyframe, anchor.T_map_anchor});
+  }
+  for (const LinkVerdict& link : solution.links) (link.use == LinkUse::used ? out.links_used : out.links_refused) += 1;
+  return out;
+}
+
+}  // namespace
+
+PoseGraph team_graph(const TeamLog& log, std::span<const RobotId> robots) {
+  PoseGraph graph;
+  std::map<RobotId, Chain> chains;
+  for (const RobotId& robot : robots) {
+    const TeamMember* member = log.find(robot);
+    if (member == nullptr) continue;
+    Chain chain{{robot, member->incarnation}, places_of(*member)};
+    if (auto anchors = chain_of(chain.places); !anchors.empty() && graph.set_chain(chain.id, std::move(anchors)))
+      chains.emplace(robot, std::move(chain));
+  }
+  for (const std::vector<LinkRecord>& links : {counting_links(log), counting_loops(log)})
+    for (const LinkRecord& link : links)
+      if (const auto a = chains.find(link.a), b = chains.find(link.b); a != chains.end() && b != chains.end())
+        add_link(link, a->second, b->second, graph);
+  return graph;
+}
+
+SolutionRecord solve_team(const TeamLog& log, std::span<const RobotId> robots, const SolutionRecord* in_use) {
+  const PoseGraph graph = team_graph(log, robots);
+  if (graph.chains().empty()) {
+    if (robots.empty()) return {};
+    const RobotId& first = *std::ranges::min_element(robots);
+    const TeamMember* member = log.find(first);
+    return {first, {{first, member != nullptr ? member->incarnation : 0, {}}}, 0, 0};
+  }
+  if (in_use == nullptr) return record_of(graph.solve());
+  const GraphSolution before = graph_solution(log, *in_use);
+  return record_of(graph.solve(in_own_frame(log, *in_use) ? &before : nullptr));
+}
+
+bool agree(const TeamLog& log, const SolutionRecord& a, const SolutionRecord& b, double bound_m) {
+  if (a.reference != b.reference || a.robots.size() != b.robots.size()) return false;
+  const ChainAnchor box = surroundings();
+  for (std::size_t i = 0; i < a.robots.size(); ++i) {
+    if (a.robots[i].robot != b.robots[i].robot || a.robots[i].incarnation != b.robots[i].incarnation) return false;
+    const TeamMember* member = log.find(a.robots[i].robot);
+    if (member == nullptr) return false;
+    const auto in_a = placed_anchors(*member, a.robots[i]), in_b = placed_anchors(*member, b.robots[i]);
+    for (std::size_t k = 0; k < in_a.size() && k < in_b.size(); ++k)
+      if (box_moved(box, from_quantized(in_a[k].T_map_anchor), from_quantized(in_b[k].T_map_anchor), bound_m))
+        return false;
+  }
+  return true;
+}
+
+}  // namespace onemap::mapping

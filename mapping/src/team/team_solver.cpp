@@ -1,0 +1,26 @@
+#include "mapping/team/team_solver.hpp"
+
+#include <algorithm>
+
+namespace onemap::mapping {
+
+namespace {
+constexpr std::size_t kAnswers = 4;  // whoever may decide has one, and there is one from nothing
+}
+
+std::optional<SolutionRecord> TeamSolver::wanted(const Agreement& team, const SolutionRecord* in_use) {
+  if (team.robots().empty()) return std::nullopt;
+  if (team.ready()) in_use = nullptr;
+  const std::uint64_t revision = team.log().revision();
+  std::erase_if(answers_, [&](const Answer& answer) { return answer.revision != revision; });
+  std::optional<std::vector<std::uint8_t>> from;
+  if (in_use != nullptr) from = encode(*in_use);
+  const auto known = std::ranges::find(answers_, from, &Answer::in_use);
+  if (known != answers_.end()) return known->solution;
+  if (answers_.size() == kAnswers) answers_.erase(answers_.begin());
+  ++solved_;
+  answers_.push_back({revision, std::move(from), solve_team(team.log(), team.robots(), in_use)});
+  return answers_.back().solution;
+}
+
+}  // namespace onemap::mapping

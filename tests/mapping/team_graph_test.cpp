@@ -1,0 +1,176 @@
+#include "mapping/team/team_graph.hpp"
+
+#include <gtest/gtest.h>
+
+#include "mapping/team/placed_anchors.hpp"
+#include "support/team_author.hpp"
+
+namespace onemap::mapping {
+namespace {
+
+using test::Author;
+using test::link_of;
+using test::two_metres_each;
+
+struct TeamGraphTest : testing::Test {
+  TeamLog log{RobotId::from_name("self"), 1};
+
+  void take(const RecordPtr& record) { ASSERT_TRUE(log.apply(record, Instant{}).ok()); }
+  void take(const Author& author) {
+    for (const auto& record : author.written()) take(record);
+  }
+  SolutionRecord solve(const SolutionRecord* in_use = nullptr) const { return solve_team(log, log.robots(), in_use); }
+};
+
+std::vector<std::string> names(const SolutionRecord& solution) {
+  std::vector<std::string> out;
+  for (const SolvedRobot& robot : solution.robots) out.push_back(robot.robot.name());
+  return out;
+}
+
+TEST_F(TeamGraphTest, LinksPutRobotsIntoOneFrame) {
+  Author a = test::small_robot("a"), b = test::small_robot("b"), c = test::small_robot("c"), d = test::small_robot("d");
+  LinkRecord aside = link_of("b", "c", 90);  // c began a metre to the left of b
+  for (LinkPair& pair : aside.pairs) pair.T_a_b.t_10um[1] = 100'000;
+  a.link(link_of("a", "b", 80));
+  b.link(aside);
+  c.link(link_of("c", "d", 80, LinkReason::ransac_failed));
+  for (const Author* author : {&a, &b, &c, &d}) take(*author);
+  const SolutionRecord solution = solve();
+  EXPECT_EQ(names(solution), (std::vector<std::string>{"a", "b", "c"}));
+  EXPECT_EQ(solution.reference, b.id()) << "with the most and best matches";
+  EXPECT_EQ(solution.links_used, 18u);
+  ASSERT_EQ(solution.robots[2].anchors.size(), 3u);
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    const auto& t = solution.robots[2].anchors[i].T_map_anchor.t_10um;
+    EXPECT_NEAR(t[0], two_metres_each(i).t_10um[0], 2);
+    EXPECT_NEAR(t[1], 100'000, 2);
+  }
+  EXPECT_EQ(encode(solution), encode(solve())) << "a function of the records";
+}
+
+// Sixteen steps of two metres round a square, and odometry turns a little too far in each.
+Author drifting_round() {
+  Author author("a");
+  author.hello();
+  const Pose drift = small_motion((Vector6d() << 0, 0.003, 0, 0, 0, 0).finished());
+  Pose T;
+  for (std::uint32_t i = 0; i < 17; ++i) {
+    KeyframeRecord keyframe;
+    keyframe.index = keyframe.anchor = i;
+    keyframe.T_robot_keyframe = quantize(T);
+    author.write(Lane::features, RecordKind::keyframe, keyframe);
+    T = T * Pose{Matrix3d::Identity(), {2, 0, 0}};
+    if (i % 4 == 3) T = T * Pose{from_quaternion_wxyz({std::sqrt(0.5), 0, std::sqrt(0.5), 0}), Vector3d::Zero()};
+    T = T * drift;
+  }
+  return author;
+}
+
+TEST_F(TeamGraphTest, AnOwnLoopBendsTheWayThatLedThere) {
+  Author a = drifting_round();
+  take(a);
+  const SolutionRecord open = solve();
+  LinkRecord loops;
+  loops.a = loops.b = a.id();
+  loops.incarnation_other = 1;
+  loops.keyframes_a = loops.keyframes_b = 17;
+  loops.pairs = {{0, 16, 300, QuantizedPose{}}, {1, 16, 300, quantize({Matrix3d::Identity(), {-2, 0, 0}})}};
+  take(a.link(loops));
+  const SolutionRecord closed = solve();
+  EXPECT_EQ(closed.links_used, 2u);
+  const auto end = [](const SolutionRecord& s) { return from_quantized(s.robots[0].anchors.back().T_map_anchor); };
+  EXPECT_GT(end(open).t.norm(), 0.1);
+  EXPECT_LT(end(closed).t.norm(), 0.02);
+  EXPECT_GT(rotation_cosine(end(closed).R), 0.9999);
+  EXPECT_EQ(closed.robots[0].anchors[0], open.robots[0].anchors[0]) << "the frame is the first anchor's";
+  EXPECT_FALSE(agree(log, open, closed, 0.05));
+}
+
+TEST_F(TeamGraphTest, ASolutionInUseIsKeptWhileItIsRight) {
+  Author a = test::small_robot("a"), b = test::small_robot("b");
+  a.link(link_of("a", "b", 80));
+  take(a);
+  take(b);
+  const SolutionRecord cold = solve();
+  SolutionRecord in_use = cold;
+  in_use.reference = b.id();
+  for (PlacedAnchor& anchor : in_use.robots[0].anchors) anchor.T_map_anchor.t_10um[2] += 300;  // three millimetres
+  const SolutionRecord warm = solve(&in_use);
+  EXPECT_EQ(encode(warm), encode(in_use)) << "its reference too, although the other one would be chosen";
+  in_use.robots[0].anchors[1].T_map_anchor.t_10um[2] += 2000;
+  const SolutionRecord mended = solve(&in_use);
+  EXPECT_TRUE(agree(log, mended, warm, 0.012));
+  EXPECT_FALSE(agree(log, mended, in_use, 0.012)) << "what the links refute is not kept";
+}
+
+TEST_F(TeamGraphTest, NobodyChoosesAnotherFrame) {
+  Author a = test::small_robot("a"), b = test::small_robot("b");
+  a.link(link_of("a", "b", 80));
+  take(a);
+  take(b);
+  const SolutionRecord cold = solve();
+  SolutionRecord elsewhere = cold;
+  for (SolvedRobot& robot : elsewhere.robots)
+    for (PlacedAnchor& anchor : robot.anchors) anchor.T_map_anchor.t_10um[0] += 100'000;
+  EXPECT_EQ(encode(solve(&elsewhere)), encode(cold));
+  SolutionRecord nobody = cold;
+  nobody.reference = RobotId::from_name("zz");
+  nobody.robots.push_back({nobody.reference, 1, {}});
+  EXPECT_EQ(encode(solve(&nobody)), encode(cold));
+}
+
+TEST_F(TeamGraphTest, RobotsWithoutKeyframesAreNoMapButTheFirst) {
+  EXPECT_TRUE(solve().robots.empty());
+  Author b("b"), a("a");
+  b.hello();
+  a.hello();
+  take(b);
+  take(a);
+  const SolutionRecord solution = solve();
+  EXPECT_EQ(solution.reference, a.id());
+  EXPECT_EQ(names(solution), (std::vector<std::string>{"a"}));
+  EXPECT_EQ(solution.robots[0].incarnation, 1u);
+}
+
+// What links claim of keyframes that nobody has, or that hang on no anchor, changes nothing.
+TEST_F(TeamGraphTest, LinksOfUnknownKeyframesAreLeftOut) {
+  Author a = test::small_robot("a"), b = test::small_robot("b");
+  for (const std::uint32_t index : {3u, 4u}) {  // 3 hangs on 2, and 4 on 3, which is no anchor
+    KeyframeRecord astray;
+    astray.index = index;
+    astray.anchor = index - 1;
+    b.write(Lane::features, RecordKind::keyframe, astray);
+  }
+  LinkRecord link = link_of("a", "b", 80);
+  link.pairs.push_back({2, 4, 900, {}});
+  link.pairs.push_back({77, 0, 900, {}});
+  a.link(link);
+  take(a);
+  take(b);
+  EXPECT_EQ(team_graph(log, log.robots()).links().size(), 9u);
+  EXPECT_EQ(solve().robots.size(), 2u);
+}
+
+TEST_F(TeamGraphTest, AnchorsThatTheSolutionDoesNotHaveHangOnTheOneBefore) {
+  Author a = test::small_robot("a");
+  take(a);
+  SolutionRecord solution = solve();
+  SolvedRobot& solved = solution.robots[0];
+  const SolvedRobot all = solved;
+  solved.anchors = {{1, all.anchors[1].T_map_anchor}};
+  solved.anchors[0].T_map_anchor.t_10um[1] = 500;
+  const auto placed = placed_anchors(*log.find(a.id()), solved);
+  ASSERT_EQ(placed.size(), 3u);
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(placed[i].keyframe, i);
+    EXPECT_EQ(placed[i].T_map_anchor.t_10um, (std::array<std::int32_t, 3>{two_metres_each(i).t_10um[0], 500, 0}));
+  }
+  take(a.keyframe());
+  EXPECT_EQ(placed_anchors(*log.find(a.id()), solved).size(), 4u) << "new ones too";
+  solved.incarnation = 2;
+  EXPECT_TRUE(placed_anchors(*log.find(a.id()), solved).empty()) << "of another life";
+}
+
+}  // namespace
+}  // namespace onemap::mapping
