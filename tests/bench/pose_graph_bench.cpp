@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <ctime>
+#include <utility>
 #include <vector>
 
 #include "support/pose_graph_team.hpp"
@@ -62,6 +63,24 @@ void run(const Case& wrong, int seeds) {
       static_cast<double>(kept_wrong) / seeds, static_cast<double>(in_map) / seeds, misplaced, worst, compared);
 }
 
+// A whole team of so many chains of 60 anchors, a fifth of the links own loops; then the same again with one link more.
+void run_size(int chains, int links) {
+  PoseGraphTeam team(77, {.chains = chains});
+  team.add_right_links(links);
+  team.add_right_loops(links / 5);
+  const PoseGraph graph = team.graph();
+  const double start = cpu_ms();
+  const GraphSolution solution = graph.solve();
+  const double solved = cpu_ms();
+  team.add_right_links(1);
+  const PoseGraph more = team.graph();
+  const double again = cpu_ms();
+  const GraphSolution next = more.solve(&solution);
+  fmt::print("{:2} chains x 60 anchors, {:4} links: cold {:7.1f} ms, {} factorisations; one link more {:7.1f} ms, {}\n",
+             chains, links + links / 5, solved - start, solution.effort.factorisations, cpu_ms() - again,
+             next.effort.factorisations);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -71,4 +90,5 @@ int main(int argc, char** argv) {
         Case{"70 % look-alike, one place each", 0, 15, true}, Case{"70 % look-alike, all along", 0, 15, false},
         Case{"95 % look-alike, one place each", 0, 126, true}, Case{"95 % look-alike, all along", 0, 126, false}})
     run(wrong, seeds);
+  for (const auto& [chains, links] : {std::pair{5, 100}, {5, 500}, {20, 400}, {20, 1000}}) run_size(chains, links);
 }

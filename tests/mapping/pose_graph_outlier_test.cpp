@@ -1,4 +1,5 @@
-// Simulated teams: three chains of 60 anchors that drift by 4 mm and 3 mrad a step, 40 right links, and wrong ones.
+// Simulated teams: three chains of 60 anchors that drift by 4 mm and 3 mrad a step, 40 right links and 20 own loops,
+// and wrong ones of both.
 #include <gtest/gtest.h>
 
 #include "pose_graph_team.hpp"
@@ -8,7 +9,7 @@ namespace {
 
 using test::PoseGraphTeam;
 
-constexpr int kSeeds = 20;
+constexpr int kSeeds = 50;
 
 struct Outcome {
   int right = 0, right_kept = 0, wrong_kept = 0, misplaced = 0, in_map = 0;
@@ -21,6 +22,7 @@ Outcome run(const AddWrong& add_wrong) {
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
     PoseGraphTeam team(1000 + seed);
     team.add_right_links(40);
+    team.add_right_loops(20);
     add_wrong(team);
     const GraphSolution solution = team.graph().solve(), clean = team.graph(true).solve();
     out.right += team.used(clean, true);
@@ -45,7 +47,10 @@ void report(const Outcome& out) {
 }
 
 TEST(PoseGraphOutliers, SeventyPercentRandom) {
-  const Outcome out = run([](PoseGraphTeam& team) { team.add_random_wrong_links(93); });
+  const Outcome out = run([](PoseGraphTeam& team) {
+    team.add_random_wrong_links(93);
+    team.add_random_wrong_loops(47);
+  });
   report(out);
   EXPECT_GE(out.right_kept, out.right * 98 / 100);
   EXPECT_EQ(out.wrong_kept, 0);
@@ -53,10 +58,34 @@ TEST(PoseGraphOutliers, SeventyPercentRandom) {
 }
 
 TEST(PoseGraphOutliers, NinetyFivePercentRandom) {
-  const Outcome out = run([](PoseGraphTeam& team) { team.add_random_wrong_links(760); });
+  const Outcome out = run([](PoseGraphTeam& team) {
+    team.add_random_wrong_links(760);
+    team.add_random_wrong_loops(380);
+  });
   report(out);
   EXPECT_GE(out.right_kept, out.right * 98 / 100);
   EXPECT_LE(out.wrong_kept, 1) << "one that agrees by chance within its sigmas bends nothing";
+  EXPECT_EQ(out.misplaced, 0);
+}
+
+// Six links each that agree with each other on a wrong place, all from one place or all along the way.
+TEST(PoseGraphOutliers, SeventyPercentInLookAlikeGroups) {
+  for (bool one_place : {true, false}) {
+    const Outcome out = run([&](PoseGraphTeam& team) {
+      for (int i = 0; i < 15; ++i) team.add_look_alikes(6, one_place);
+    });
+    // Where a group is more than half of what is right between two chains, these are not joined by it; with two such
+    // pairs a chain stays out, and its right links with it.
+    EXPECT_GE(out.right_kept, out.right * 85 / 100) << one_place;
+    EXPECT_EQ(out.wrong_kept, 0) << one_place;
+    EXPECT_EQ(out.misplaced, 0) << one_place;
+  }
+}
+
+// A group as large as the right links between its two chains: it may part the map, but not bend it.
+TEST(PoseGraphOutliers, ALookAlikeAsLargeAsWhatIsRightPartsTheMap) {
+  const Outcome out = run([](PoseGraphTeam& team) { team.add_look_alikes(13, false, 0, 1); });
+  EXPECT_EQ(out.wrong_kept, 0);
   EXPECT_EQ(out.misplaced, 0);
 }
 

@@ -127,5 +127,34 @@ TEST(PoseGraphAgreement, RightLinksAgreeHoweverFarApart) {
   EXPECT_LT(agree, all) << "the bound is not so wide that nothing fails";
 }
 
+// Own loops whose ways overlap share the drift of the steps in both; also when a later keyframe hangs on an earlier
+// anchor.
+TEST(PoseGraphAgreement, StepsInBothLoopsCancelOrCountTwice) {
+  PoseGraph graph;
+  std::vector<ChainAnchor> anchors(40);
+  for (std::uint32_t i = 0; i < 40; ++i) {
+    anchors[i].keyframe = i;
+    anchors[i].information = information_of(1e-4, 0.05);
+  }
+  const ChainId id{RobotId::from_name("a"), 1};
+  ASSERT_TRUE(graph.set_chain(id, anchors));
+  const GraphIndex index = index_of(graph, {});
+  const ChainFrames frames = chain_frames(index);
+  const auto agrees = [&](std::size_t a, std::size_t b, std::size_t c, std::size_t d, double apart_m) {
+    const Matrix6d sure = information_of(1e-4, 1e-3);
+    const Pose off{Matrix3d::Identity(), {apart_m, 0, 0}};
+    const GraphEdge p{a, b, {}, sure}, q{c, d, off, sure};
+    const std::vector<const GraphEdge*> both{&p, &q};
+    return agreement_of(frames, both, true, 16.81).agree(0, 1);
+  };
+  // Sigma 5 cm times the root of the steps in one of them alone; four sigmas are within the bound, 4.2 are not.
+  EXPECT_TRUE(agrees(0, 20, 4, 20, 0.40)) << "4 steps differ";
+  EXPECT_FALSE(agrees(0, 20, 4, 20, 0.42));
+  EXPECT_TRUE(agrees(0, 20, 18, 22, 0.05 * 4 * std::sqrt(20)));
+  EXPECT_FALSE(agrees(0, 20, 18, 22, 0.05 * 4.2 * std::sqrt(20))) << "2 steps are in both and cancel";
+  EXPECT_TRUE(agrees(0, 20, 22, 18, 0.05 * 4 * std::sqrt(28))) << "backwards they count twice";
+  EXPECT_FALSE(agrees(0, 20, 22, 18, 0.05 * 4.2 * std::sqrt(28)));
+}
+
 }  // namespace
 }  // namespace onemap::mapping

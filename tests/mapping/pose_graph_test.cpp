@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "pose_graph_lines.hpp"
 #include "pose_graph_team.hpp"
 
 namespace onemap::mapping {
@@ -12,45 +13,12 @@ namespace {
 
 using test::PoseGraphTeam;
 
-ChainId chain_id(const char* name) { return {RobotId::from_name(name), 1}; }
-
-// Anchors a metre apart on a straight line, as odometry has them.
-std::vector<ChainAnchor> line(std::uint32_t count) {
-  std::vector<ChainAnchor> out;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    ChainAnchor anchor;
-    anchor.keyframe = i;
-    anchor.information = information_of(0.003, 0.01);
-    anchor.box_half_m = {1, 1, 1};
-    if (i > 0) anchor.T_previous_anchor.t = {1, 0, 0};
-    out.push_back(anchor);
-  }
-  return out;
-}
-
-GraphLink link(const char* a, std::uint32_t i, const char* b, std::uint32_t j, const Pose& T_a_b) {
-  GraphLink out;
-  out.a = {.chain = chain_id(a), .keyframe = i, .anchor = i, .T_anchor_keyframe = {}};
-  out.b = {.chain = chain_id(b), .keyframe = j, .anchor = j, .T_anchor_keyframe = {}};
-  out.T_a_b = T_a_b;
-  return out;
-}
-
-Pose shift(double x, double y = 0, double z = 0) { return {Matrix3d::Identity(), {x, y, z}}; }
+using namespace test_lines;
 
 Pose pose_of(const GraphSolution& solution, const char* chain, std::uint32_t keyframe) {
   const SolvedAnchor* anchor = solution.find(AnchorId{chain_id(chain), keyframe});
   if (anchor == nullptr) ADD_FAILURE() << chain << keyframe << " is not in the solution";
   return anchor ? from_quantized(anchor->T_map_anchor) : Pose{};
-}
-
-// Two lines beside each other, linked straight across in so many places.
-PoseGraph two_lines(std::uint32_t places, const PoseGraphConfig& config = {}) {
-  PoseGraph graph(config);
-  EXPECT_TRUE(graph.set_chain(chain_id("a"), line(20)));
-  EXPECT_TRUE(graph.set_chain(chain_id("b"), line(20)));
-  for (std::uint32_t i = 0; i < places; ++i) EXPECT_TRUE(graph.set_link(link("a", 2 * i, "b", 2 * i, shift(0, 3))));
-  return graph;
 }
 
 const PairVerdict& only_pair(const GraphSolution& solution) {
@@ -209,6 +177,21 @@ TEST(PoseGraph, ThreeChainsThatContradictEachOtherEquallyStayApart) {
   }
 }
 
+TEST(PoseGraph, ARingOfFourWhoseWeakestPairIsALookAlike) {
+  PoseGraph graph = two_lines(8);
+  for (const char* name : {"c", "d"}) ASSERT_TRUE(graph.set_chain(chain_id(name), line(20)));
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    ASSERT_TRUE(graph.set_link(link("b", 2 * i, "c", 2 * i, shift(0, 3))));
+    ASSERT_TRUE(graph.set_link(link("c", 2 * i, "d", 2 * i, shift(0, 3))));
+  }
+  for (std::uint32_t i = 0; i < 4; ++i) ASSERT_TRUE(graph.set_link(link("a", 2 * i, "d", 2 * i, shift(0, 30))));
+  const GraphSolution solution = graph.solve();
+  ASSERT_EQ(solution.components.size(), 1u);
+  EXPECT_LT((pose_of(solution, "d", 0).t - pose_of(solution, "a", 0).t - Vector3d(0, 9, 0)).norm(), 1e-3);
+  EXPECT_EQ(solution.pairs[1].reason, JoinReason::contradicts_graph);
+  EXPECT_EQ(solution.pairs[1].used, 0u);
+}
+
 TEST(PoseGraph, ALinkThatIsTakenBackPartsTheMap) {
   PoseGraph graph = two_lines(4);
   const GraphSolution joined = graph.solve();
@@ -216,6 +199,16 @@ TEST(PoseGraph, ALinkThatIsTakenBackPartsTheMap) {
   const GraphSolution parted = graph.solve(&joined);
   EXPECT_EQ(parted.components.size(), 2u);
   EXPECT_TRUE(parted.changed);
+}
+
+TEST(PoseGraph, AUsedLinkThatIsGoneIsAChange) {
+  PoseGraph graph = two_lines(5);
+  const GraphSolution in_use = graph.solve();
+  EXPECT_FALSE(graph.solve(&in_use).changed);
+  graph.remove_link(graph.links().begin()->first);
+  const GraphSolution next = graph.solve(&in_use);
+  EXPECT_EQ(next.components.size(), 1u);
+  EXPECT_TRUE(next.changed);
 }
 
 TEST(PoseGraph, TheLargestGroupIsTheMapAndItsBestMatchedChainTheReference) {
@@ -273,57 +266,6 @@ TEST(PoseGraph, NewAnchorsHangOnTheLastOnes) {
   const GraphSolution next = graph.solve(&in_use);
   EXPECT_TRUE(next.find(AnchorId{chain_id("b"), 20})->moved);
   EXPECT_LT((pose_of(next, "b", 20).t - Vector3d(20, 3, 0)).norm(), 1e-3);
-}
-
-TEST(PoseGraph, RefusesWhatIsMalformedAndCountsIt) {
-  PoseGraph graph = two_lines(4);
-  const auto refused = [&](const Status& status, const char* why) {
-    ASSERT_FALSE(status.ok());
-    EXPECT_NE(status.error().text().find(why), std::string::npos) << status.error().text();
-  };
-  std::vector<ChainAnchor> anchors = line(3);
-  anchors[2].keyframe = 1;
-  refused(graph.set_chain(chain_id("a"), anchors), "ascending");
-  anchors = line(3);
-  anchors[1].information(3, 3) = -1;
-  refused(graph.set_chain(chain_id("a"), anchors), "positive definite");
-  anchors = line(3);
-  anchors[1].T_previous_anchor.R *= 2;
-  refused(graph.set_chain(chain_id("a"), anchors), "not a motion");
-  refused(graph.set_anchor(chain_id("a"), line(3)[2]), "ascending");
-  refused(graph.set_link(link("b", 1, "a", 1, {})), "a must be before b");
-  GraphLink l = link("a", 1, "b", 1, {});
-  l.inliers = 0;
-  refused(graph.set_link(l), "no inliers");
-  l = link("a", 1, "a", 2, {});
-  l.b.anchor = 1;
-  refused(graph.set_link(l), "one anchor");
-  EXPECT_EQ(graph.refused(), 7u);
-  EXPECT_EQ(graph.anchors(), 40u);
-  EXPECT_EQ(graph.links().size(), 4u);
-}
-
-TEST(PoseGraph, IsBounded) {
-  PoseGraphConfig config;
-  config.max_anchors = 45;
-  config.max_links = 5;
-  PoseGraph graph = two_lines(5, config);
-  EXPECT_FALSE(graph.set_chain(chain_id("c"), line(6)).ok());
-  EXPECT_TRUE(graph.set_chain(chain_id("c"), line(5)).ok());
-  ChainAnchor more = line(6)[5];
-  EXPECT_FALSE(graph.set_anchor(chain_id("c"), more).ok());
-  EXPECT_FALSE(graph.set_link(link("a", 1, "b", 1, {})).ok());
-  EXPECT_TRUE(graph.set_link(link("a", 0, "b", 0, shift(0, 3))).ok()) << "replacing is no growth";
-  EXPECT_EQ(graph.refused(), 3u);
-}
-
-TEST(PoseGraph, LinksWaitForTheirAnchors) {
-  PoseGraph graph;
-  ASSERT_TRUE(graph.set_link(link("a", 1, "b", 1, {})));
-  EXPECT_EQ(graph.solve().links.at(0).use, LinkUse::no_anchor);
-  ASSERT_TRUE(graph.set_chain(chain_id("a"), line(3)));
-  ASSERT_TRUE(graph.set_chain(chain_id("b"), line(3)));
-  EXPECT_EQ(graph.solve().links.at(0).use, LinkUse::chains_apart);
 }
 
 }  // namespace

@@ -46,11 +46,12 @@ struct LinkNoise {
 // Truncated least squares by graduated non-convexity (Yang and others 2020).
 struct GncConfig {
   double barc2 = 16.81;  // a link counts up to this squared error: chi square of 6 degrees of freedom at 0.99
-  double mu_step = 1.4;  // as GTSAM and Kimera; larger skips the shapes between
-  double mu_cold = 0.05, mu_warm = 1.0;  // first shape: reaches to 21 x and 2 x barc2; the start is good, not arbitrary
-  double mu_end = 8;                     // last shape: weights between 0 and 1 are left only within an eighth of barc2
-  std::uint32_t rounds_cold = 100, rounds_warm = 15;
-  std::uint32_t steps_a_round = 2;              // Gauss-Newton steps between two looks at the weights
+  double mu_step = 2;    // GTSAM and Kimera take 1.4 from an arbitrary start; ours holds the links that agree already
+  double mu_cold = 0.25,
+         mu_warm = 1.0;  // first shape: reaches to 5 x and 2 x barc2, and as far as what is trusted does
+  double mu_end = 8;     // last shape: weights between 0 and 1 are left only within an eighth of barc2
+  std::uint32_t rounds_cold = 50, rounds_warm = 10;
+  std::uint32_t steps_a_round = 1;              // Gauss-Newton steps between two looks at the weights
   double drop_below = 0.1, return_above = 0.9;  // a link in use, a dropped one: verdicts do not flicker
 };
 

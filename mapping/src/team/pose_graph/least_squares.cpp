@@ -92,10 +92,14 @@ bool LeastSquares::step(const std::vector<double>& weights) {
 }
 
 bool LeastSquares::optimise(const std::vector<double>& weights, std::uint32_t steps) {
-  if (problem_.poses.size() < 2) return true;
+  if (problem_.poses.size() < 2 || weights == settled_) return true;
   prepare(weights);
+  settled_.reset();
   for (std::uint32_t i = 0; i < steps; ++i)
-    if (step(weights)) return true;
+    if (step(weights)) {
+      settled_ = weights;
+      return true;
+    }
   return false;
 }
 

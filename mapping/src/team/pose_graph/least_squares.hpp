@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "mapping/team/pose_graph_solution.hpp"
@@ -42,6 +43,7 @@ class LeastSquares {
   std::unique_ptr<NormalEquations> equations_;
   std::vector<std::size_t> slot_;  // of each link in the equations; kFixed: it is not in them
   double damping_ = 0;
+  std::optional<std::vector<double>> settled_;  // the weights that nothing moves under any more
 };
 
 }  // namespace onemap::mapping

@@ -54,10 +54,13 @@ class Start {
     return static_cast<std::size_t>(std::lower_bound(group_.links.begin(), group_.links.end(), link) -
                                     group_.links.begin());
   }
-  // The links of the pair that agree count, but for those that were dropped before.
-  void trust(const ChainPair& pair) {
+  // The links of the pair that agree count, but for those that were dropped before. True: some did not yet.
+  bool trust(const ChainPair& pair) {
+    bool more = false;
     for (std::size_t link : pair.agreeing)
-      if (in_use_.links[link] != InUse::Link::dropped) weights_[place(link)] = 1;
+      if (double& weight = weights_[place(link)]; weight < 1 && in_use_.links[link] != InUse::Link::dropped)
+        weight = 1, more = true;
+    return more;
   }
   // What holds the group together, and own loops.
   void trust_tree() {
@@ -67,13 +70,15 @@ class Start {
           std::binary_search(group_.group.chains.begin(), group_.group.chains.end(), pair.chain_a))
         trust(pair);
   }
-  // Pairs that close a ring of chains, when the rest does not speak against them. True: some.
+  // Pairs that close a ring of chains, when the rest does not speak against them. True: some
+  // that did not count yet.
   bool trust_rings(const LeastSquares& squares, double chi2) {
     std::vector<std::size_t> fit;
     for (std::size_t pair : group_.group.rings)
       if (squares.surprise(place(joining_.pairs[pair].best)) <= chi2) fit.push_back(pair);
-    for (std::size_t pair : fit) trust(joining_.pairs[pair]);
-    return !fit.empty();
+    bool more = false;
+    for (std::size_t pair : fit) more |= trust(joining_.pairs[pair]);
+    return more;
   }
   std::vector<double>& weights() { return weights_; }
 

@@ -55,14 +55,15 @@ std::vector<Triangle> triangles_of(const GraphIndex& index, const ChainFrames& f
 
 // In links.
 struct Voice {
-  double with = 0, against = 0;
+  double with = 1, against = 0;  // more than none, so that shares can be compared
   bool doubtful(double share) const { return against > share * with; }
-  bool beyond_doubt(double share) const { return share * against >= with; }
 };
 
 std::vector<Voice> voices_of(const std::vector<ChainPair>& pairs, const std::vector<Triangle>& triangles) {
   std::vector<Voice> out(pairs.size());
-  for (std::size_t i = 0; i < pairs.size(); ++i) out[i].with = pairs[i].verdict.agree;
+  for (std::size_t i = 0; i < pairs.size(); ++i)  // who is not joined has nothing to lose
+    if (pairs[i].joined() && !pairs[i].own())
+      out[i] = {static_cast<double>(pairs[i].verdict.agree), static_cast<double>(pairs[i].verdict.second)};
   for (const Triangle& triangle : triangles) {
     const auto& [xy, yz, xz] = triangle.pairs;
     const auto hear = [&](std::size_t pair, std::size_t other, std::size_t third) {
@@ -76,7 +77,7 @@ std::vector<Voice> voices_of(const std::vector<ChainPair>& pairs, const std::vec
   return out;
 }
 
-// The worst, and unless it is beyond doubt what else is doubtful in its rings.
+// The worst, and what else is doubtful in its rings: it must not stay because the worst went.
 std::vector<std::size_t> doubted(const std::vector<Voice>& voices, const std::vector<Triangle>& triangles,
                                  double share) {
   const auto worst = std::max_element(voices.begin(), voices.end(), [](const Voice& x, const Voice& y) {
@@ -84,7 +85,6 @@ std::vector<std::size_t> doubted(const std::vector<Voice>& voices, const std::ve
   });
   if (worst == voices.end() || !worst->doubtful(share)) return {};
   std::vector<std::size_t> out{static_cast<std::size_t>(worst - voices.begin())};
-  if (worst->beyond_doubt(share)) return out;
   for (const Triangle& triangle : triangles)
     if (!triangle.closes && std::ranges::count(triangle.pairs, out[0]) > 0)
       for (std::size_t pair : triangle.pairs)
