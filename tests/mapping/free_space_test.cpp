@@ -64,6 +64,10 @@ TEST(FreeSpace, PixelsWithoutDepthAndBeyondReachSayNoMoreThanTheyKnow) {
   EXPECT_EQ(space.at({0.3, 0, 3.9}), Space::empty);
   EXPECT_EQ(space.at({0.3, 0, 4.1}), Space::unknown) << "beyond reach_m";
   EXPECT_EQ(space.at({0.3, 0, 6}), Space::unknown) << "a hit that far is not counted";
+  FreeSpace near({});
+  for (int i = 0; i < 2; ++i) near.carve(wall_ahead(3.7), {});
+  EXPECT_EQ(near.at({0.3, 0, 3.7}), Space::unknown) << "nor is one whose height is not sure";
+  EXPECT_EQ(near.at({0.3, 0, 3.4}), Space::empty);
 }
 
 TEST(FreeSpace, OneKeyframeHasOneVoteAndOneVoteIsNotEnough) {

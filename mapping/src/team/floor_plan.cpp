@@ -36,10 +36,15 @@ struct Bounds {
   std::int64_t height() const { return std::int64_t{y1} - y0 + 1; }
 };
 
+// The edge of a table seen along its top: few rays hit it, many pass just over it. What was there for a moment is
+// forgotten later than by judged().
+bool is_doubtful(CellVotes votes) { return votes.hit >= 2 && votes.seen_through <= 16 * votes.hit; }
+
 // What is known of the column over one square.
 struct Column {
   std::uint16_t occupied = 0, empty = 0;
   bool floor = false;
+  bool doubtful = false;  // a cell was hit, too, though mostly seen through
 };
 
 // All columns over the blocks that matter.
@@ -66,6 +71,7 @@ class Columns {
   Space judge(std::int32_t x, std::int32_t y) const {
     const Column& column = columns_[index(x, y)];
     if (column.occupied > 0) return Space::occupied;
+    if (column.doubtful) return Space::unknown;
     const bool seen = column.empty >= kLeastEmpty * (band_.last - band_.first + 1);
     return seen || (column.floor && column.empty > 0) ? Space::empty : Space::unknown;
   }
@@ -84,6 +90,7 @@ class Columns {
           columns_[index(key.x * kBlockSide + i % kBlockSide, key.y * kBlockSide + i / kBlockSide % kBlockSide)];
       if (floor_.hold(z)) column.floor |= space == Space::occupied;
       if (!band_.hold(z)) continue;
+      column.doubtful |= space == Space::empty && is_doubtful(votes[static_cast<std::size_t>(i)]);
       column.occupied = static_cast<std::uint16_t>(column.occupied + (space == Space::occupied ? 1 : 0));
       column.empty = static_cast<std::uint16_t>(column.empty + (space == Space::empty ? 1 : 0));
     }

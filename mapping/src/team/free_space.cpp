@@ -6,15 +6,15 @@
 #include <numeric>
 
 #include "floor_int.hpp"
-#include "local/sensor_noise.hpp"
+#include "team/grid_view.hpp"
 
 namespace onemap::mapping {
 namespace {
 
 constexpr double kFarthestPose_m = 1e6;
-constexpr float kNearest_m = 0.1f;  // nearer cells fill the whole view
-constexpr double kWidestView = 4;   // of half the view, sideways against ahead
-constexpr double kHalfDiagonal = 0.8660254;
+constexpr double kWidestView = 4;  // of half the view, sideways against ahead
+// Three standard deviations are 6 cm there; of farther floors some cells would look like things that stand on them.
+constexpr double kFarthestHit_m = 3.5;
 constexpr int kMostVotes = 255;
 constexpr int kSeenThroughForAHit = 4, kLeastVotes = 2;
 
@@ -61,69 +61,8 @@ Space judged(CellVotes votes) {
                                                                                                    : Space::unknown;
 }
 
-// A keyframe's pinhole with, for each pixel, how far it sees through.
-struct FreeSpace::View {
-  Pose T_map_camera;
-  int width = 0, height = 0;
-  double fx = 1, fy = 1, cx = 0, cy = 0;
-  std::vector<float> through_m;  // 0: not at all
-  double farthest_m = 0;         // of these
-
-  View(const DepthGrid& grid, const Pose& T, const FreeSpaceConfig& config)
-      : T_map_camera(T), width(grid.width), height(grid.height) {
-    fx = grid.fx_fy_cx_cy[0] / 1024.0, fy = grid.fx_fy_cx_cy[1] / 1024.0;
-    cx = grid.fx_fy_cx_cy[2] / 1024.0, cy = grid.fx_fy_cx_cy[3] / 1024.0;
-    through_m.reserve(grid.inverse_depth.size());
-    for (const std::uint16_t q : grid.inverse_depth) {
-      const double z = grid_depth_m(q);
-      const double before = z - kHalfDiagonal * config.cell_m - 3 * depth_sigma(z);
-      const double through = z > 0 ? std::min(std::max(before, 0.0), config.reach_m) : 0;
-      through_m.push_back(static_cast<float>(through));
-      farthest_m = std::max(farthest_m, through);
-    }
-  }
-
-  // The corners of what is seen, in the map's frame: the camera and the far rectangle.
-  std::array<Vector3d, 5> corners() const {
-    std::array<Vector3d, 5> out{T_map_camera.t};
-    for (int i = 0; i < 4; ++i) {
-      const double u = (i & 1) != 0 ? width - 0.5 : -0.5, v = (i & 2) != 0 ? height - 0.5 : -0.5;
-      out[static_cast<std::size_t>(i) + 1] = T_map_camera * (farthest_m * Vector3d((u - cx) / fx, (v - cy) / fy, 1));
-    }
-    return out;
-  }
-
-  // Whether a ball about p (camera's frame) may reach into what is seen.
-  bool sees(const Vector3d& p, double radius) const {
-    if (p.z() + radius < static_cast<double>(kNearest_m) || p.z() - radius > farthest_m) return false;
-    const auto beyond = [&](double along, double focal, double edge) {  // of the plane (along * focal = edge * z)
-      return along * focal - edge * p.z() > radius * std::sqrt(focal * focal + edge * edge);
-    };
-    return !beyond(p.x(), fx, width - 0.5 - cx) && !beyond(-p.x(), fx, cx + 0.5) &&
-           !beyond(p.y(), fy, height - 0.5 - cy) && !beyond(-p.y(), fy, cy + 0.5);
-  }
-
-  // Of eight cells in a row, p0 + i * step (camera's frame): bit i for those that are seen through.
-  unsigned row_through(const Eigen::Vector3f& p0, const Eigen::Vector3f& step) const {
-    std::array<float, kBlockSide> z{}, u{}, v{};
-    const auto x_px = static_cast<float>(fx), y_px = static_cast<float>(fy);
-    const auto u0 = static_cast<float>(cx + 0.5), v0 = static_cast<float>(cy + 0.5);
-    for (std::size_t i = 0; i < kBlockSide; ++i) {
-      const auto k = static_cast<float>(i);
-      z[i] = p0.z() + k * step.z();
-      const float inverse = 1 / std::max(z[i], kNearest_m);
-      u[i] = x_px * (p0.x() + k * step.x()) * inverse + u0;
-      v[i] = y_px * (p0.y() + k * step.y()) * inverse + v0;
-    }
-    const auto w = static_cast<float>(width), h = static_cast<float>(height);
-    unsigned bits = 0;
-    for (std::size_t i = 0; i < kBlockSide; ++i) {
-      if (!(z[i] >= kNearest_m && u[i] >= 0 && u[i] < w && v[i] >= 0 && v[i] < h)) continue;
-      const int pixel = static_cast<int>(v[i]) * width + static_cast<int>(u[i]);
-      bits |= z[i] < through_m[static_cast<std::size_t>(pixel)] ? 1u << i : 0u;
-    }
-    return bits;
-  }
+struct FreeSpace::View : GridView {
+  using GridView::GridView;
 };
 
 std::size_t FreeSpace::capacity_of(const FreeSpaceConfig& config) {
@@ -157,14 +96,14 @@ void FreeSpace::carve(const DepthGrid& grid, const Pose& T_map_keyframe) {
 }
 
 void FreeSpace::mark_hits(const DepthGrid& grid, const View& view) {
-  const double cells_per_m = 1 / config_.cell_m;
+  const double cells_per_m = 1 / config_.cell_m, farthest_m = std::min(config_.reach_m, kFarthestHit_m);
   BlockKey last_key;
   std::int32_t block = -1;
   std::size_t pixel = 0;
   for (int v = 0; v < view.height; ++v) {
     for (int u = 0; u < view.width; ++u, ++pixel) {
       const double z = grid_depth_m(grid.inverse_depth[pixel]);
-      if (z <= 0 || z > config_.reach_m) continue;
+      if (z <= 0 || z > farthest_m) continue;
       const Vector3d p(z * (u - view.cx) / view.fx, z * (v - view.cy) / view.fy, z);
       const BlockKey cell = cell_of(view.T_map_camera * p, cells_per_m), key = block_of(cell);
       if (block < 0 || key != last_key) block = index_or_add(key);

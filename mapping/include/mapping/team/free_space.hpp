@@ -14,8 +14,8 @@
 namespace onemap::mapping {
 
 struct FreeSpaceConfig {
-  double cell_m = 0.05;                  // 0.01 to 1
-  double reach_m = 4;                    // of a depth grid, along the optical axis; what is farther is not judged
+  double cell_m = 0.05;  // 0.01 to 1
+  double reach_m = 4;    // along the optical axis: farther cells have no votes, and no hits beyond 3.5 m
   std::size_t budget_bytes = 32u << 20;  // everything the grid ever owns, reserved in the constructor
 
   bool operator==(const FreeSpaceConfig&) const = default;
