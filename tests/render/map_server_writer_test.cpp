@@ -57,11 +57,11 @@ Space as_map_server_reads(int value, double occupied_thresh, double free_thresh)
 }
 
 // Reads both files as somebody else does; nothing where the readers are missing or the files are wrong.
-std::optional<FloorPlan> read_back(const std::string& folder) {
-  const test::Said yaml = test::say(
-      "cd '" + folder +
-      "' && python3 -c 'import yaml; m = yaml.safe_load(open(\"map.yaml\")); print(m[\"image\"], m[\"resolution\"], "
-      "*m[\"origin\"], m[\"negate\"], m[\"occupied_thresh\"], m[\"free_thresh\"])'");
+std::optional<FloorPlan> read_back(const std::string& folder, const std::string& python) {
+  const test::Said yaml =
+      test::say("cd '" + folder + "' && " + python +
+                " -c 'import yaml; m = yaml.safe_load(open(\"map.yaml\")); print(m[\"image\"], m[\"resolution\"], "
+                "*m[\"origin\"], m[\"negate\"], m[\"occupied_thresh\"], m[\"free_thresh\"])'");
   char image[64] = "";
   double resolution = 0, x = 0, y = 0, yaw = 0, occupied = 0, free = 0;
   int negate = -1;
@@ -90,7 +90,8 @@ mapping::Pose pose_in_comment(const std::string& file) {
 }
 
 TEST(MapServer, a_room_is_read_by_others_as_it_is) {
-  if (!test::python_has("yaml")) GTEST_SKIP() << "python3-yaml is not installed";
+  const std::string python = test::python_with("yaml");
+  if (python.empty()) GTEST_SKIP() << "python3-yaml is not installed";
   const test::TempFolder folder;
   const test::Room room{"office", hal::simulated::SceneName::office, 6.0, 4.8, 2};
   const auto keyframes = test::all_keyframes(room, "frames=160&fps=8&seed=7");
@@ -98,7 +99,7 @@ TEST(MapServer, a_room_is_read_by_others_as_it_is) {
   ASSERT_TRUE(survey.ok()) << survey.error().text();
   ASSERT_TRUE(write_map_server(folder / "map", survey->plan, survey->T_level_map).ok());
 
-  const auto plan = read_back(folder / "");
+  const auto plan = read_back(folder / "", python);
   ASSERT_TRUE(plan.has_value());
   EXPECT_EQ(plan->cells, survey->plan.cells);
   const mapping::Pose T_world_plan = keyframes.T_world_map * pose_in_comment(folder / "map.yaml").inverse();

@@ -81,12 +81,13 @@ TEST(Pcd, clouds_without_colours_are_grey_and_torn_ones_are_not_written) {
 }
 
 TEST(Pcd, open3d_reads_the_points_and_their_colours) {
-  if (!test::python_has("open3d")) GTEST_SKIP() << "python3-open3d is not installed";
+  const std::string python = test::python_with("open3d");
+  if (python.empty()) GTEST_SKIP() << "python3-open3d is not installed";
   const test::TempFolder folder;
   const auto mesh = test::room_scene().mesh;
   ASSERT_TRUE(write_pcd(folder / "room.pcd", mesh).ok());
   const test::Said said =
-      test::say("python3 -c 'import open3d; c = open3d.io.read_point_cloud(\"" + (folder / "room.pcd") +
+      test::say(python + " -c 'import open3d; c = open3d.io.read_point_cloud(\"" + (folder / "room.pcd") +
                 "\"); print(\"read\", len(c.points), *c.points[5], *[round(255 * v) for v in c.colors[5]])'");
   ASSERT_EQ(said.status, 0) << said.output;
   const std::size_t at = said.output.find("read ");

@@ -23,6 +23,12 @@ inline Said say(const std::string& command) {
   return said;
 }
 
-inline bool python_has(const std::string& module) { return say("python3 -c 'import " + module + "'").status == 0; }
+// A Python that has the module; empty: none. Debian's modules are of its own Python, which may not be the first in
+// PATH.
+inline std::string python_with(const std::string& module) {
+  for (const std::string python : {"python3", "/usr/bin/python3"})
+    if (say(python + " -c 'import " + module + "'").status == 0) return python;
+  return {};
+}
 
 }  // namespace onemap::test
