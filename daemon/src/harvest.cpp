@@ -8,6 +8,7 @@
 #include "daemon/team_picture.hpp"
 #include "hal/base/file.hpp"
 #include "mapping/team/local_atlas.hpp"
+#include "render/map_server_writer.hpp"
 #include "render/png_writer.hpp"
 
 namespace onemap::daemon {
@@ -27,6 +28,12 @@ std::vector<mapping::QuantizedPose> keyframe_poses(const mapping::TeamMember& me
   for (const mapping::KeyframePlace& place : member.places) out.push_back(place.T_robot_keyframe);
   return out;
 }
+void add_placed(const mapping::TeamMember& member, const mapping::Pose& T_map_robot,
+                std::vector<mapping::PlacedKeyframe>& out) {
+  for (std::size_t i = 0; i < member.keyframes.size(); ++i)
+    out.push_back(
+        {member.keyframes[i]->body, T_map_robot * mapping::from_quantized(member.places[i].T_robot_keyframe)});
+}
 }  // namespace
 
 void Harvest::keep(const Status& status) {
@@ -42,6 +49,7 @@ Status Harvest::write() {
     keep(guarded("team picture", [this] {
       return render::write_png(config_.out + "/team.png", draw_team(team_picture(from_.team->map())));
     }));
+  keep(guarded("floor plan", [this] { return write_plan(); }));
   keep(guarded("pictures", [this] { return draw(); }));
   // The report comes last: who finds it finds everything else.
   keep(guarded("report", [this] { return write_text_file(config_.out + "/report.json", to_json(report())); }));
@@ -83,6 +91,52 @@ Status Harvest::write_trajectories() const {
     if (auto status = write_text_file(file, text); !status) return status;
   }
   return success();
+}
+
+// Of the global map, and without one of this robot's own.
+std::vector<mapping::PlacedKeyframe> Harvest::placed_keyframes() const {
+  std::vector<mapping::PlacedKeyframe> placed;
+  if (!from_.team) {
+    for (const auto& kept : from_.pipeline.kept_keyframes().all())
+      placed.push_back({kept.body, mapping::from_quantized(kept.T_robot_keyframe)});
+    return placed;
+  }
+  const auto& members = from_.team->map().members();
+  if (const auto solution = from_.team->map().solution()) {
+    for (const auto& solved : solution->robots)
+      if (const auto member = members.find(solved.robot); member != members.end())
+        add_placed(member->second, mapping::from_quantized(solved.T_global_robot), placed);
+  } else if (const auto own = members.find(RobotId::from_name(config_.id)); own != members.end()) {
+    add_placed(own->second, {}, placed);
+  }
+  return placed;
+}
+
+Status Harvest::write_plan() {
+  const Instant began = now();
+  auto survey = mapping::survey(placed_keyframes(), config_.plan);
+  if (!survey) {  // a desk without a floor is no failure
+    log_.line("no {}", survey.error().text());
+    return success();
+  }
+  survey_ = std::move(*survey);
+  auto written = render::write_map_server(config_.out + "/map", survey_->plan, survey_->T_level_map);
+  say_plan(now() - began);
+  return written;
+}
+
+void Harvest::say_plan(Duration took) const {
+  const mapping::Survey& s = *survey_;
+  log_.line("floor plan of {} x {} squares from {} keyframes in {:.0f} ms, {} blocks of free space", s.plan.width,
+            s.plan.height, s.space.keyframes, to_seconds(took) * 1e3, s.blocks);
+  if (s.space.votes_refused > 0)
+    log_.line("the floor plan's free space is full: {} votes refused; raise map.plan_budget_mb or map.plan_cell_m",
+              s.space.votes_refused);
+  const std::uint64_t left_out = s.keyframes_left_out + from_.pipeline.kept_keyframes().left_out();
+  const std::uint64_t unusable = s.keyframes_malformed + s.space.keyframes_refused;
+  if (left_out + unusable > 0)
+    log_.line("the floor plan is without {} keyframes that were too many, and {} that could not be used", left_out,
+              unusable);
 }
 
 // The same in every picture of the team, whoever draws it.
@@ -133,6 +187,10 @@ RobotReport Harvest::robot_report() const {
   robot.keyframes = from_.pipeline.keyframe_poses().size();
   robot.ms_per_frame = from_.pipeline.frame_times().quantiles();
   robot.peak_rss_mb = from_.peak_rss_mb;
+  if (survey_) {
+    robot.plan_squares = survey_->plan.cells.size();
+    robot.plan_votes_refused = survey_->space.votes_refused;
+  }
   robot.blocks_refused = from_.pipeline.mapper().counters().surface.blocks_refused;
   return robot;
 }

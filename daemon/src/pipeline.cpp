@@ -117,10 +117,12 @@ bool Pipeline::take(Publisher::Sealed& into) {
 }
 
 void Pipeline::keep(const Publisher::Sealed& sealed) {
-  if (sealed.what == Publisher::Sealed::What::keyframe)
-    keyframe_poses_.push_back(sealed.keyframe.T_robot_keyframe);
-  else
+  if (sealed.what == Publisher::Sealed::What::poses) {
     poses_.insert(poses_.end(), sealed.poses.poses.begin(), sealed.poses.poses.end());
+    return;
+  }
+  keyframe_poses_.push_back(sealed.keyframe.T_robot_keyframe);
+  if (!publisher_) kept_.add(sealed.keyframe);  // in a team the records hold it
 }
 
 void Pipeline::drain() {

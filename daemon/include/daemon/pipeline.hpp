@@ -14,6 +14,7 @@
 #include "hal/base/bounded_queue.hpp"
 #include "hal/frame_pool.hpp"
 #include "mapping/local/local_mapper.hpp"
+#include "mapping/team/kept_keyframes.hpp"
 
 namespace onemap::daemon {
 
@@ -45,8 +46,9 @@ class Pipeline {
   const mapping::LocalMapper& mapper() const { return *mapper_; }
   const std::vector<mapping::StampedPose>& poses() const { return poses_; }
   const std::vector<mapping::QuantizedPose>& keyframe_poses() const { return keyframe_poses_; }
-  const LatencyHistogram& frame_times() const { return frame_times_; }  // processor time of this thread
-  std::string step_table() const;                                       // for the log: each step's mean and share
+  const mapping::KeptKeyframes& kept_keyframes() const { return kept_; }  // of a robot that is alone, else none
+  const LatencyHistogram& frame_times() const { return frame_times_; }    // processor time of this thread
+  std::string step_table() const;                                         // for the log: each step's mean and share
 
  private:
   void run();
@@ -70,6 +72,8 @@ class Pipeline {
   Publisher::Sealed alone_;             // then this is the one slot
   std::vector<mapping::StampedPose> poses_;
   std::vector<mapping::QuantizedPose> keyframe_poses_;
+  static constexpr std::size_t kKeptBytes = 16u << 20;
+  mapping::KeptKeyframes kept_{kKeptBytes};
   mapping::TrackState last_state_ = mapping::TrackState::starting;
   std::uint64_t lost_since_ = 0;
   LatencyHistogram frame_times_;
