@@ -172,6 +172,7 @@ ConfigValue get_find_pairs(const Config& config) {
 
 constexpr Range<double> kSeconds{0, 1e6};
 constexpr Range<std::size_t> kBudget = Limits::budget_bytes;
+constexpr Range<double> kPlanCell_m{0.02, 0.5};
 constexpr Range<std::size_t> kPlacesBudget{std::size_t{4} << 20, std::size_t{4} << 30};
 constexpr Range<float> kTruncation{2 * Limits::voxel_m.least, Limits::truncation_voxels.most* Limits::voxel_m.most};
 
@@ -277,6 +278,12 @@ void add_map(std::vector<ConfigKey>& keys) {
   keys.push_back(megabytes(
       {"map", "global_budget_mb", "MB for the team's map; full: blocks are refused and counted"}, kBudget,
       [](auto& c) -> auto& { return c.global_budget_bytes; }));
+  keys.push_back(number(
+      {"map", "plan_cell_m", "side of a square of the floor plan (map.pgm) in metres"}, kPlanCell_m,
+      [](auto& c) -> auto& { return c.plan.space.cell_m; }));
+  keys.push_back(megabytes(
+      {"map", "plan_budget_mb", "MB for the free space under the floor plan; full: votes are refused and counted"},
+      kBudget, [](auto& c) -> auto& { return c.plan.space.budget_bytes; }));
 }
 
 constexpr ConfigSection kSections[] = {

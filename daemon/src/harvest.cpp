@@ -9,6 +9,7 @@
 #include "hal/base/file.hpp"
 #include "mapping/team/placed_anchors.hpp"
 #include "mapping/team/way_on_map.hpp"
+#include "render/map_server_writer.hpp"
 #include "render/png_writer.hpp"
 
 namespace onemap::daemon {
@@ -36,6 +37,7 @@ Status Harvest::write() {
     keep(guarded("team picture", [this] {
       return render::write_png(config_.out + "/team.png", draw_team(team_picture(from_.team.map())));
     }));
+  keep(guarded("floor plan", [this] { return write_plan(); }));
   keep(guarded("pictures", [this] { return draw(); }));
   // The report comes last: who finds it finds everything else.
   keep(guarded("report", [this] { return write_text_file(config_.out + "/report.json", to_json(report())); }));
@@ -76,6 +78,50 @@ Status Harvest::write_trajectories() const {
     if (auto status = write_text_file(file, text); !status) return status;
   }
   return success();
+}
+
+// Of the global map, and without one of this robot's own odometry.
+std::vector<mapping::PlacedKeyframe> Harvest::placed_keyframes() const {
+  std::vector<mapping::PlacedKeyframe> placed;
+  const auto& members = from_.team.map().members();
+  const RobotId self = RobotId::from_name(config_.id);
+  auto solution = from_.team.map().solution();
+  if (!solution && members.contains(self)) solution = {self, {{self, members.at(self).incarnation, {}}}, 0, 0};
+  if (!solution) return placed;
+  for (const auto& solved : solution->robots) {
+    const auto member = members.find(solved.robot);
+    if (member == members.end()) continue;
+    const auto poses = mapping::keyframes_on_map(member->second, solved);
+    for (std::size_t i = 0; i < poses.size(); ++i)
+      placed.push_back({member->second.keyframes[i]->body, mapping::from_quantized(poses[i])});
+  }
+  return placed;
+}
+
+Status Harvest::write_plan() {
+  const Instant began = now();
+  auto survey = mapping::survey(placed_keyframes(), config_.plan);
+  if (!survey) {  // a desk without a floor is no failure
+    log_.line("no {}", survey.error().text());
+    return success();
+  }
+  survey_ = std::move(*survey);
+  auto written = render::write_map_server(config_.out + "/map", survey_->plan, survey_->T_level_map);
+  say_plan(now() - began);
+  return written;
+}
+
+void Harvest::say_plan(Duration took) const {
+  const mapping::Survey& s = *survey_;
+  log_.line("floor plan of {} x {} squares from {} keyframes in {:.0f} ms, {} blocks of free space", s.plan.width,
+            s.plan.height, s.space.keyframes, to_seconds(took) * 1e3, s.blocks);
+  if (s.space.votes_refused > 0)
+    log_.line("the floor plan's free space is full: {} votes refused; raise map.plan_budget_mb or map.plan_cell_m",
+              s.space.votes_refused);
+  const std::uint64_t unusable = s.keyframes_malformed + s.space.keyframes_refused;
+  if (s.keyframes_left_out + unusable > 0)
+    log_.line("the floor plan is without {} keyframes that were too many, and {} that could not be used",
+              s.keyframes_left_out, unusable);
 }
 
 // The same in every picture of the team, whoever draws it.
@@ -136,6 +182,10 @@ RobotReport Harvest::robot_report() const {
   robot.keyframes = from_.pipeline.keyframe_poses().size();
   robot.ms_per_frame = from_.pipeline.frame_times().quantiles();
   robot.peak_rss_mb = from_.peak_rss_mb;
+  if (survey_) {
+    robot.plan_squares = survey_->plan.cells.size();
+    robot.plan_votes_refused = survey_->space.votes_refused;
+  }
   robot.blocks_refused = from_.pipeline.mapper().counters().surface.blocks_refused;
   return robot;
 }

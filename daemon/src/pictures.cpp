@@ -54,8 +54,9 @@ class Drawing {
       return;
     }
     auto child = ChildProcess::start(
-        program, {input_, "--png", stem_ + ".png", "--glb", stem_ + ".glb", "--ply", stem_ + ".ply"}, log_,
-        limits.address_space_bytes);
+        program,
+        {input_, "--png", stem_ + ".png", "--glb", stem_ + ".glb", "--ply", stem_ + ".ply", "--pcd", stem_ + ".pcd"},
+        log_, limits.address_space_bytes);
     if (child)
       child_.emplace(std::move(*child));
     else

@@ -32,6 +32,8 @@ Json to_object(const RobotReport& robot) {
               {"bytes_sent", robot.bytes_sent},
               {"bytes_received", robot.bytes_received},
               {"blocks_refused", robot.blocks_refused},
+              {"plan_squares", robot.plan_squares},
+              {"plan_votes_refused", robot.plan_votes_refused},
               {"refused", robot.refused}};
   if (!robot.failed.empty()) object["failed"] = printable(robot.failed);
   return object;
@@ -53,6 +55,8 @@ RobotReport robot_from(const Json& object) {
   object.at("bytes_sent").get_to(robot.bytes_sent);
   object.at("bytes_received").get_to(robot.bytes_received);
   robot.blocks_refused = object.value("blocks_refused", robot.blocks_refused);
+  robot.plan_squares = object.value("plan_squares", robot.plan_squares);
+  robot.plan_votes_refused = object.value("plan_votes_refused", robot.plan_votes_refused);
   robot.refused = object.value("refused", robot.refused);
   robot.failed = object.value("failed", robot.failed);
   return robot;
@@ -101,6 +105,8 @@ std::string troubles(const RobotReport& robot) {
   if (robot.blocks_refused > 0)
     text += fmt::format("{}: no room for {} blocks of the local map, which are missing: raise map.budget_mb\n",
                         robot.name, robot.blocks_refused);
+  if (robot.plan_votes_refused > 0)
+    text += fmt::format("{}: no room for all of the floor plan's free space: raise map.plan_budget_mb\n", robot.name);
   std::string reasons;
   for (const auto& [reason, count] : robot.refused)
     reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", printable(reason), count);

@@ -167,6 +167,8 @@ TEST_F(ConfigFile, TheExampleCarriesEveryValue) {
   all.mapper.map.budget_bytes = 5u << 20;
   all.global_budget_bytes = 6u << 20;
   all.places_budget_bytes = 7u << 20;
+  all.plan.space.cell_m = 0.1;
+  all.plan.space.budget_bytes = 9u << 20;
   all.find_pairs = mapping::FindPairs::all_pairs;
   ASSERT_TRUE(load(config_text(all)).ok()) << load(config_text(all)).error().text();
   EXPECT_EQ(config_text(config_), config_text(all));

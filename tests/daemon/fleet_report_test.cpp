@@ -52,9 +52,11 @@ TEST(FleetReport, WhatWasRefusedStandsBelowTheTable) {
   Report report = report_of("robot1", 7);
   EXPECT_THAT(to_table(report), Not(HasSubstr("robot1:")));
   report.robots[0].blocks_refused = 812;
+  report.robots[0].plan_votes_refused = 9;
   report.robots[0].refused = {{"bad_frame", 3}, {"id_\x1b[31mconflict", 1}};
   EXPECT_THAT(to_table(report),
               AllOf(HasSubstr("robot1: no room for 812 blocks of the local map"),
+                    HasSubstr("robot1: no room for all of the floor plan's free space: raise map.plan_budget_mb"),
                     HasSubstr("robot1: refused from the network: bad_frame 3, id_\\x1b[31mconflict 1")));
 }
 
@@ -74,7 +76,7 @@ TEST(FleetText, ListsTheFilesThatAreThere) {
   const Report team = join_reports({report_of("robot1", 7), report_of("robot2", 7)}, true);
   const std::string text = to_text(team, out.path().string()), folder = "  " + out.path().string();
   EXPECT_THAT(text, AllOf(HasSubstr("pictures:\n" + folder + "/robot1/local.png\nmodels"),
-                          HasSubstr("PLY):\n" + folder + "/robot2/global.ply\nreport: ")));
+                          HasSubstr("PCD):\n" + folder + "/robot2/global.ply\nreport: ")));
   EXPECT_THAT(text, AllOf(HasSubstr("maps equal: yes; reference robot1; merged in 100 ms; 50 points"),
                           Not(HasSubstr("global.png")), Not(HasSubstr("glb"))));
   EXPECT_THAT(to_text(team, out.path().string() + "/none"),

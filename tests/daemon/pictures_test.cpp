@@ -41,7 +41,7 @@ TEST(Pictures, EachGetsItsFilesAndSaysWhatTheyHold) {
     EXPECT_TRUE(result.status) << result.status.error().text();
     EXPECT_EQ(result.vertices, 64u) << "eight by eight";
   }
-  for (const char* file : {"a.png", "a.glb", "a.ply", "b.png", "b.glb", "b.ply"})
+  for (const char* file : {"a.png", "a.glb", "a.ply", "a.pcd", "b.png", "b.glb", "b.ply", "b.pcd"})
     EXPECT_TRUE(std::filesystem::exists(folder / file)) << file;
   EXPECT_TRUE(nothing_left_of_the_drawing(folder));
 }

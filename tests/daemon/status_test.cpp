@@ -57,6 +57,8 @@ RobotReport robot(const std::string& name, std::uint64_t digest) {
   r.peak_rss_mb = 90.5;
   r.bytes_sent = 1000;
   r.bytes_received = 2000;
+  r.plan_squares = 1200;
+  r.plan_votes_refused = 3;
   return r;
 }
 
@@ -67,7 +69,8 @@ TEST(Report, HasExactlyTheAgreedForm) {
     "global_points": 34567, "robots": [{"name": "robot1", "camera": "simulated:office", "frames": 100, "tracked": 99,
     "keyframes": 7, "in_global_map": true, "map_digest": "0000000000000abc",
     "ms_per_frame": {"p50": 8.05, "p95": 12.1, "p99": 15.25}, "peak_rss_mb": 90.5, "bytes_sent": 1000,
-    "bytes_received": 2000, "blocks_refused": 0, "refused": {}}]})"));
+    "bytes_received": 2000, "blocks_refused": 0, "plan_squares": 1200, "plan_votes_refused": 3,
+    "refused": {}}]})"));
   const auto read = report_from_json(to_json(report), "");
   ASSERT_TRUE(read.ok());
   EXPECT_EQ(to_json(*read), to_json(report));

@@ -24,7 +24,8 @@ void expect_local_outputs(const std::filesystem::path& out) {
   EXPECT_TRUE(starts_with(out / "local.png", "\x89PNG\r\n"));
   EXPECT_TRUE(starts_with(out / "local.glb", "glTF"));
   EXPECT_TRUE(starts_with(out / "local.ply", "ply\nformat binary_little_endian"));
-  for (const char* name : {"local.png", "local.glb", "local.ply"})
+  EXPECT_TRUE(starts_with(out / "local.pcd", "# .PCD v0.7"));
+  for (const char* name : {"local.png", "local.glb", "local.ply", "local.pcd"})
     EXPECT_GT(std::filesystem::file_size(out / name), 10000u) << name;
 }
 
@@ -48,6 +49,10 @@ TEST(Once, WritesTrajectoryPicturesAndReport) {
   EXPECT_EQ(test::lines(out / ("global/" + robot.at("name").get<std::string>() + ".txt")),
             robot.at("tracked").get<std::size_t>())
       << "and yet its way bends at the places that it came back to";
+  EXPECT_TRUE(starts_with(out / "map.pgm", "P5\n"));
+  EXPECT_THAT(test::text_of(out / "map.yaml"), HasSubstr("image: map.pgm\nresolution: 0.050000\norigin: ["));
+  EXPECT_GT(robot.at("plan_squares").get<int>(), 1000);
+  EXPECT_EQ(robot.at("plan_votes_refused"), 0);
 }
 
 TEST(Once, TheSameStreamGivesTheSameBytes) {
@@ -57,7 +62,8 @@ TEST(Once, TheSameStreamGivesTheSameBytes) {
         test::run("onemapd", {"--camera", kCamera, "--once", "--speed", "max", "--out", out / run}, out / "log.txt"),
         0);
   EXPECT_EQ(test::text_of(out / "a/trajectory.txt"), test::text_of(out / "b/trajectory.txt"));
-  EXPECT_EQ(test::text_of(out / "a/local.ply"), test::text_of(out / "b/local.ply"));
+  for (const char* name : {"local.ply", "local.pcd", "map.pgm", "map.yaml"})
+    EXPECT_EQ(test::text_of(out.path() / "a" / name), test::text_of(out.path() / "b" / name)) << name;
   EXPECT_EQ(test::read_json(out / "a/report.json").at("robots").at(0).at("map_digest"),
             test::read_json(out / "b/report.json").at("robots").at(0).at("map_digest"));
 }

@@ -34,8 +34,11 @@ void expect_one_map(const TempFolder& out, std::size_t robots) {
   }
   const std::string first = test::text_of(out / "robot1/global.ply");
   EXPECT_GT(first.size(), 10000u);
+  const std::string plan = test::text_of(out / "robot1/map.pgm");  // none where no floor was seen
   for (std::size_t i = 2; i <= robots; ++i)
     EXPECT_EQ(first, test::text_of(out / ("robot" + std::to_string(i) + "/global.ply"))) << "robot" << i;
+  for (std::size_t i = 2; i <= robots; ++i)
+    EXPECT_EQ(plan, test::text_of(out / ("robot" + std::to_string(i) + "/map.pgm"))) << "robot" << i;
 }
 
 // Error of the trajectories that `knower` holds of the robots, in one frame, against the simulation's truth.
@@ -55,7 +58,8 @@ TEST(Team, ThreeRobotsEndWithEqualMaps) {
   EXPECT_GT(report.at("merge_ms").get<int>(), 0);
   for (const char* knower : {"robot1", "robot2", "robot3"})
     EXPECT_LT(global_ate(out, knower, {"robot1", "robot2", "robot3"}), 0.05) << knower;
-  for (const char* file : {"local.png", "local.glb", "global.png", "global.glb", "global.ply", "trajectory.txt"})
+  for (const char* file :
+       {"local.png", "local.glb", "global.png", "global.glb", "global.ply", "global.pcd", "map.yaml", "trajectory.txt"})
     EXPECT_TRUE(std::filesystem::exists(out / ("robot3/" + std::string(file)))) << file;
 }
 

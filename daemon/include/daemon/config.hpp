@@ -5,6 +5,7 @@
 #include "hal/base/result.hpp"
 #include "mapping/local/local_mapper.hpp"
 #include "mapping/team/candidates.hpp"
+#include "mapping/team/survey.hpp"
 
 namespace onemap::daemon {
 
@@ -35,6 +36,7 @@ struct Config {
   mapping::LocalMapperConfig mapper;
   std::size_t global_budget_bytes = 128u << 20;
   std::size_t places_budget_bytes = 32u << 20;  // for the index of own keyframes
+  mapping::SurveyConfig plan;                   // the floor plan
   mapping::FindPairs find_pairs = mapping::FindPairs::by_index;
 
   bool alone() const { return listen.empty() && peers.empty() && group.empty(); }

@@ -12,12 +12,13 @@
 #include "daemon/report.hpp"
 #include "daemon/team.hpp"
 #include "mapping/team/map_fusion.hpp"
+#include "mapping/team/survey.hpp"
 #include "render/scene.hpp"
 
 namespace onemap::daemon {
 
-// What a robot writes when its threads have stopped: trajectories, pictures and models, the report. One thing that
-// cannot be written keeps none of the others from being written.
+// What a robot writes when its threads have stopped: trajectories, the floor plan, pictures and models, the report. One
+// thing that cannot be written keeps none of the others from being written.
 class Harvest {
  public:
   // Everything must outlive this object.
@@ -37,6 +38,9 @@ class Harvest {
  private:
   void say_costs() const;
   Status write_trajectories() const;
+  std::vector<mapping::PlacedKeyframe> placed_keyframes() const;
+  Status write_plan();
+  void say_plan(Duration took) const;
   render::Color color_of(const std::string& robot) const;
   std::vector<MapPicture> pictures() const;
   Status draw();
@@ -53,6 +57,7 @@ class Harvest {
   Log& log_;
   Status first_ = success();
   mutable std::optional<mapping::MapFusion> local_;  // fused when it is asked for
+  std::optional<mapping::Survey> survey_;            // under the floor plan, when there is one
   std::uint64_t vertices_ = 0;  // of the global map's files when there are such, else of the local one's
 };
 

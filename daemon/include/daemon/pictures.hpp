@@ -8,7 +8,7 @@
 
 namespace onemap::daemon {
 
-// A map to be drawn: STEM.png, STEM.glb, STEM.ply from a saved map (daemon/saved_map.hpp).
+// A map to be drawn: STEM.png, STEM.glb, STEM.ply, STEM.pcd from a saved map (daemon/saved_map.hpp).
 struct MapPicture {
   std::string stem;  // path without the ending
   std::vector<std::uint8_t> map;

@@ -20,6 +20,8 @@ struct RobotReport {
   double peak_rss_mb = 0;        // of the process while it mapped and merged, before pictures are drawn
   std::uint64_t bytes_sent = 0, bytes_received = 0;
   std::uint64_t blocks_refused = 0;              // of the local map, for want of room: parts of it are missing
+  std::uint64_t plan_squares = 0;                // of the floor plan; 0: there is none
+  std::uint64_t plan_votes_refused = 0;          // of its free space, for want of room
   std::map<std::string, std::uint64_t> refused;  // datagrams and records, by reason
   std::string failed;                            // in a fleet: how the robot ended; empty: well
 };

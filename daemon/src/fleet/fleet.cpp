@@ -76,8 +76,9 @@ Status Fleet::start() {
 
 // What an earlier run left would be taken for this one's.
 Status Fleet::clear_folder(std::size_t number) const {
-  for (const char* name : {"status.json", "report.json", "trajectory.txt", "local.png", "local.glb", "local.ply",
-                           "global.png", "global.glb", "global.ply"}) {
+  for (const char* name :
+       {"status.json", "report.json", "trajectory.txt", "local.png", "local.glb", "local.ply", "local.pcd",
+        "global.png", "global.glb", "global.ply", "global.pcd", "map.pgm", "map.yaml"}) {
     std::error_code error;
     const std::string file = folder(number) + "/" + name;
     std::filesystem::remove(file, error);
@@ -259,8 +260,10 @@ std::string to_text(const Report& report, const std::string& out) {
                      report.same_map ? "yes" : "NO", report.reference.empty() ? "none" : report.reference,
                      report.merge_ms, report.global_points) +
          list_files(report, out, "pictures:", {"local.png", "global.png"}) +
-         list_files(report, out, "models (glTF and PLY):", {"local.glb", "global.glb", "local.ply", "global.ply"}) +
-         "report: " + printable(out) + "/report.json\n";
+         list_files(report, out, "models (glTF, PLY, PCD):",
+                    {"local.glb", "global.glb", "local.ply", "global.ply", "local.pcd", "global.pcd"}) +
+         list_files(report, out, "floor plans (for map_server):", {"map.yaml"}) + "report: " + printable(out) +
+         "/report.json\n";
 }
 
 }  // namespace onemap::daemon

@@ -14,6 +14,7 @@
 #include "render/follow.hpp"
 #include "render/gltf_writer.hpp"
 #include "render/legend.hpp"
+#include "render/pcd_writer.hpp"
 #include "render/ply_reader.hpp"
 #include "render/ply_writer.hpp"
 #include "render/png_writer.hpp"
@@ -172,6 +173,12 @@ Status write_map_ply(const ViewOptions& o, const render::Scene& scene) {
                                       : render::write_ply(o.ply, scene.mesh, R);
 }
 
+Status write_map_pcd(const ViewOptions& o, const render::Scene& scene) {
+  const mapping::Matrix3d R = render::upright_rotation(render::up_of(scene));
+  return scene.mesh.triangles.empty() ? render::write_pcd(o.pcd, scene.points, R)
+                                      : render::write_pcd(o.pcd, scene.mesh, R);
+}
+
 }  // namespace
 
 Status run_view(const ViewOptions& o) {
@@ -191,6 +198,10 @@ Status run_view(const ViewOptions& o) {
   if (!o.ply.empty()) {
     if (auto done = write_map_ply(o, *scene); !done) return done;
     fmt::print("{}\n", printable(o.ply));
+  }
+  if (!o.pcd.empty()) {
+    if (auto done = write_map_pcd(o, *scene); !done) return done;
+    fmt::print("{}\n", printable(o.pcd));
   }
   return success();
 }

@@ -43,6 +43,7 @@ void declare_outputs(CLI::App& app, ViewOptions& o) {
   output("--png", o.png, "write a picture; of a sequence: FILE_0000.png, FILE_0001.png and so on");
   output("--glb", o.glb, "write a glTF 2.0 model: map, trajectories and cameras as named nodes");
   output("--ply", o.ply, "write the map as binary PLY, upright (+y is up)");
+  output("--pcd", o.pcd, "write the map's points as binary PCD, upright (+y is up)");
 }
 
 void declare_what(CLI::App& app, ViewOptions& o) {
@@ -158,7 +159,8 @@ std::string check_numbers(const ViewOptions& o) {
 
 // What is wrong with options that are right one by one.
 std::string check(const ViewOptions& o) {
-  if (o.png.empty() && o.glb.empty() && o.ply.empty()) return "nothing to do: give --png, --glb or --ply";
+  if (o.png.empty() && o.glb.empty() && o.ply.empty() && o.pcd.empty())
+    return "nothing to do: give --png, --glb, --ply or --pcd";
   const bool sequence = o.turntable > 0 || o.follow_every > 0;
   if (o.png.empty() && (sequence || !o.beside.empty())) return "a sequence and --beside are pictures: give --png";
   if (sequence && !o.beside.empty()) return "--beside draws one picture, not a sequence";

@@ -3,9 +3,8 @@
 
 namespace onemap::render {
 
-// Which way is up, as a unit vector in the scene's frame: the normal of the dominant plane nearest to the cameras' mean
-// up (floors, table tops, ceilings; a camera that looks down at a desk has an up of its own that is far off). A scene
-// without such a plane: the cameras' mean up; without cameras as well: -y. Pure: the same scene gives the same answer.
+// Which way is up, as a unit vector in the scene's frame: mapping::up_of() of the scene's surface and the cameras' mean
+// up. Without surface: the cameras' mean up; without cameras as well: -y. Pure: the same scene gives the same answer.
 mapping::Vector3f up_of(const Scene& scene);
 
 // Turns the scene's frame so that `up` becomes +y; what lies ahead (+z) becomes -z as far as that leaves it: what glTF

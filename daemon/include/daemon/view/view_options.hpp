@@ -10,7 +10,7 @@ namespace onemap::daemon {
 
 // What onemap-view is told.
 struct ViewOptions {
-  std::string map, png, glb, ply;
+  std::string map, png, glb, ply, pcd;
   std::string view = "fit";
   std::vector<float> eye, target;  // empty, or three
   std::vector<std::string> beside;
