@@ -9,7 +9,7 @@ namespace onemap::mapping {
 
 namespace {
 
-constexpr int kSmallestLevel = 19, kQuickLevel = 1;
+constexpr int kZstdLevel = 19;
 
 std::size_t cells(const DepthGrid& grid) { return static_cast<std::size_t>(grid.width) * grid.height; }
 std::size_t mask_bytes(std::size_t cells) { return (cells + 7) / 8; }
@@ -77,16 +77,15 @@ bool is_whole(FieldReader& in, std::span<const std::uint8_t> content, std::size_
 
 }  // namespace
 
-void put(ByteWriter& out, const DepthGrid& grid, Packing packing) {
+void put(ByteWriter& out, const DepthGrid& grid) {
   out.put(grid.width);
   out.put(grid.height);
   for (const std::int32_t k : grid.fx_fy_cx_cy) out.put(k);
   if (cells(grid) == 0) return;
   const std::vector<std::uint8_t> content = to_content(grid);
-  const int level = packing == Packing::smallest ? kSmallestLevel : kQuickLevel;
   std::vector<std::uint8_t> frame(ZSTD_compressBound(content.size()));
   // The bound was kept, so compression cannot have failed.
-  frame.resize(ZSTD_compress(frame.data(), frame.size(), content.data(), content.size(), level));
+  frame.resize(ZSTD_compress(frame.data(), frame.size(), content.data(), content.size(), kZstdLevel));
   out.bytes(frame);
 }
 

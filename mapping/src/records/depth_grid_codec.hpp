@@ -10,7 +10,7 @@ namespace onemap::mapping {
 //   above and to the left let expect (median edge detector; Weinberger, Seroussi, Sapiro 2000: LOCO-I).
 // What decoding costs is known before anything is decompressed: two bytes and a bit a cell at most, from a frame that
 // is no longer than that much content can need. What is canonical is the content of the frame, as in submaps.
-void put(ByteWriter& out, const DepthGrid& grid, Packing packing);
+void put(ByteWriter& out, const DepthGrid& grid);
 DepthGrid read_grid_head(FieldReader& in);                // without its depths
 void read_grid_depths(FieldReader& in, DepthGrid& grid);  // what remains of the record
 

@@ -77,7 +77,7 @@ Vector3d place_point(const FeaturePlace& place, const DepthGrid& grid) {
   return {ray.x() * z, ray.y() * z, z};
 }
 
-std::vector<std::uint8_t> encode(const KeyframeRecord& record, Packing packing) {
+std::vector<std::uint8_t> encode(const KeyframeRecord& record) {
   std::vector<std::uint8_t> body;
   ByteWriter out(body);
   out.put(record.index);
@@ -87,7 +87,7 @@ std::vector<std::uint8_t> encode(const KeyframeRecord& record, Packing packing) 
   out.put(static_cast<std::uint8_t>(record.descriptor_kind));
   out.put(static_cast<std::uint16_t>(record.features.size()));
   for (const KeyframeFeature& feature : record.features) put(out, feature);
-  put(out, record.grid, packing);
+  put(out, record.grid);
   body.shrink_to_fit();  // it is kept for the team's whole life
   return body;
 }

@@ -49,7 +49,7 @@ struct KeyframeRecord {     // lane features
   DepthGrid grid;
 };
 
-std::vector<std::uint8_t> encode(const KeyframeRecord& record, Packing packing = Packing::smallest);
+std::vector<std::uint8_t> encode(const KeyframeRecord& record);
 Result<KeyframeRecord> decode_keyframe(std::span<const std::uint8_t> body);
 
 }  // namespace onemap::mapping
