@@ -33,6 +33,7 @@ void Harvest::keep(const Status& status) {
 Status Harvest::write() {
   say_costs();
   keep(guarded("trajectories", [this] { return write_trajectories(); }));
+  keep(guarded("pose graph", [this] { return write_graph(); }));
   if (!config_.alone())
     keep(guarded("team picture", [this] {
       return render::write_png(config_.out + "/team.png", draw_team(team_picture(from_.team.map())));
@@ -57,6 +58,11 @@ void Harvest::say_costs() const {
   log_.line("{} frames, {:.2f} ms of processor time each (p50 {:.2f}, p99 {:.2f}); by step: {}", times.count(),
             times.total_ms() / std::max<double>(1, static_cast<double>(times.count())), times.quantile_ms(0.5),
             times.quantile_ms(0.99), from_.pipeline.step_table());
+  const mapping::SurfaceCounters surface = from_.pipeline.mapper().counters().surface;
+  log_.line("{} submaps begun, {} opened again, {} left the shelf", surface.submaps, surface.reopened,
+            surface.submaps_dropped);
+  if (surface.frames_waiting > 0)
+    log_.line("{} frames are in no submap: those that were left had not been handed out yet", surface.frames_waiting);
   const CaptureCounters captured = from_.capture.counters();
   if (captured.dropped + captured.bad > 0)
     log_.line("{} frames dropped to keep pace, {} could not be read", captured.dropped, captured.bad);
@@ -78,6 +84,11 @@ Status Harvest::write_trajectories() const {
     if (auto status = write_text_file(file, text); !status) return status;
   }
   return success();
+}
+
+Status Harvest::write_graph() const {
+  const std::string text = from_.team.map().graph();
+  return text.empty() ? success() : write_text_file(config_.out + "/graph.g2o", text);
 }
 
 // Of the global map, and without one of this robot's own odometry.

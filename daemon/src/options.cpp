@@ -55,9 +55,10 @@ std::string footer() {
   for (const hal::Backend& backend : camera_backends())
     text += fmt::format("  {:<10} {}\n", backend.name, backend.description);
   return text +
-         "\nWithout --listen and --peer the robot is alone. A recording without --once is played to its end, and the "
-         "daemon\n"
-         "then keeps serving what it knows until SIGTERM or SIGINT, which write everything and end it.\n"
+         "\nWithout --listen, --peer and a group (network.group) the robot is alone. A recording without --once is "
+         "played\n"
+         "to its end, and the daemon then keeps serving what it knows until SIGTERM or SIGINT, which write everything\n"
+         "and end it.\n"
          "\nExit status:\n"
          "  0  done: frames processed, everything written, and with --once in a team: all finished with equal maps\n"
          "  1  something could not be done (the camera cannot be opened, the port is taken, OUT cannot be written to,\n"

@@ -47,6 +47,7 @@ std::map<std::string, std::uint64_t> refusals(const TeamView& team, const RadioV
   add("submap_beyond_budget", team.submaps_left_out);
   add("keyframe_beyond_places_budget", team.places_refused);
   add("global_block_without_room", team.blocks_refused);
+  add("block_without_anchor", team.blocks_unplaced);
   return all;
 }
 

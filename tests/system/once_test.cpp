@@ -51,6 +51,7 @@ TEST(Once, WritesTrajectoryPicturesAndReport) {
       << "and yet its way bends at the places that it came back to";
   EXPECT_TRUE(starts_with(out / "map.pgm", "P5\n"));
   EXPECT_THAT(test::text_of(out / "map.yaml"), HasSubstr("image: map.pgm\nresolution: 0.050000\norigin: ["));
+  EXPECT_THAT(test::text_of(out / "graph.g2o"), HasSubstr("VERTEX_SE3:QUAT "));
   EXPECT_GT(robot.at("plan_squares").get<int>(), 1000);
   EXPECT_EQ(robot.at("plan_votes_refused"), 0);
 }

@@ -38,6 +38,7 @@ class Harvest {
  private:
   void say_costs() const;
   Status write_trajectories() const;
+  Status write_graph() const;
   std::vector<mapping::PlacedKeyframe> placed_keyframes() const;
   Status write_plan();
   void say_plan(Duration took) const;

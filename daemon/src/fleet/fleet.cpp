@@ -78,7 +78,7 @@ Status Fleet::start() {
 Status Fleet::clear_folder(std::size_t number) const {
   for (const char* name :
        {"status.json", "report.json", "trajectory.txt", "local.png", "local.glb", "local.ply", "local.pcd",
-        "global.png", "global.glb", "global.ply", "global.pcd", "map.pgm", "map.yaml"}) {
+        "global.png", "global.glb", "global.ply", "global.pcd", "map.pgm", "map.yaml", "graph.g2o"}) {
     std::error_code error;
     const std::string file = folder(number) + "/" + name;
     std::filesystem::remove(file, error);

@@ -5,6 +5,7 @@
 
 #include "mapping/team/link_table.hpp"
 #include "mapping/team/placed_anchors.hpp"
+#include "mapping/team/pose_graph_g2o.hpp"
 #include "team/pose_graph/keep.hpp"
 
 namespace onemap::mapping {
@@ -145,6 +146,12 @@ SolutionRecord solve_team(const TeamLog& log, std::span<const RobotId> robots, c
   if (in_use == nullptr) return record_of(graph.solve());
   const GraphSolution before = graph_solution(log, *in_use);
   return record_of(graph.solve(in_own_frame(log, *in_use) ? &before : nullptr));
+}
+
+std::string graph_text(const TeamLog& log, const SolutionRecord& in_use) {
+  const PoseGraph graph = team_graph(log, log.robots());
+  const GraphSolution before = graph_solution(log, in_use);
+  return to_g2o(graph, graph.solve(in_own_frame(log, in_use) ? &before : nullptr));
 }
 
 bool agree(const TeamLog& log, const SolutionRecord& a, const SolutionRecord& b, double bound_m) {

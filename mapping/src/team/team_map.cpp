@@ -142,6 +142,7 @@ void TeamMap::fused(bool final) {
   view_.blocks = fusion_.map()->used();
   view_.blocks_refused = fusion_.map()->counters().blocks_refused;
   view_.submaps_left_out = fusion_.submaps_left_out();
+  view_.blocks_unplaced = fusion_.blocks_unplaced();
   events_.emplace_back(MapFused{final, view_.digest, *fusion_.solution(), fusion_.submaps(), fusion_.submaps_left_out(),
                                 fusion_.map()->used(), view_.blocks_refused});
 }
@@ -192,6 +193,11 @@ void TeamMap::observe(Instant now) {
 }
 
 std::optional<SolutionRecord> TeamMap::solution() const { return fusion_.done() ? fusion_.solution() : std::nullopt; }
+
+std::string TeamMap::graph() const {
+  const auto solved = solution();
+  return solved ? graph_text(log_, *solved) : std::string();
+}
 
 std::vector<LinkRecord> TeamMap::links() const { return counting_links(log_); }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <span>
+#include <string>
 
 #include "mapping/records/solution.hpp"
 #include "mapping/team/pose_graph.hpp"
@@ -15,6 +16,9 @@ PoseGraph team_graph(const TeamLog& log, std::span<const RobotId> robots);
 // Solves it. With the solution in use: starts from there, and keeps its reference and the anchors that would hardly
 // move. Without: a function of the records alone. With no keyframe anywhere the first robot alone is the map.
 SolutionRecord solve_team(const TeamLog& log, std::span<const RobotId> robots, const SolutionRecord* in_use = nullptr);
+
+// The graph as g2o text (pose_graph_g2o.hpp), solved from the solution in use.
+std::string graph_text(const TeamLog& log, const SolutionRecord& in_use);
 
 // Whether the two put the same robots in the same frame, and every anchor that is here in the same place: none with a
 // corner of its surroundings more than `bound_m` apart.

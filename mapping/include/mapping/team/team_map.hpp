@@ -39,6 +39,7 @@ struct TeamView {
   std::uint64_t blocks = 0, blocks_refused = 0;            // of the last global map; refused: it was full
   std::uint64_t places_refused = 0;                        // own keyframes for which the place index had no room
   std::uint64_t submaps_left_out = 0;                      // of the last global map: more than may be decoded
+  std::uint64_t blocks_unplaced = 0;                       // of the last global map: hung on an anchor nobody knows
   std::uint64_t records_refused = 0, submaps_refused = 0;  // malformed or not its author's to write; and of these
   Duration merge{};                                        // from the end of the last robot's work to the global map
 };
@@ -83,7 +84,8 @@ class TeamMap {
   // Of the global map; nothing while it is being built.
   std::optional<SolutionRecord> solution() const;
   const VoxelMap* map() const { return fusion_.map(); }
-  std::vector<LinkRecord> links() const;                                               // that count, sorted by pair
+  std::string graph() const;              // the pose graph under it as g2o text; empty while there is no map
+  std::vector<LinkRecord> links() const;  // that count, sorted by pair
   const std::map<std::uint16_t, RefusedRecords>& refused() const { return refused_; }  // by kind
 
  private:
