@@ -88,7 +88,7 @@ TEST_F(OnemapView, converts_and_reduces_to_points) {
 TEST_F(OnemapView, says_what_is_wrong_and_exits_accordingly) {
   const std::string room = folder_ / "room.ply";
   expect_failure("", 2, "MAP is required");
-  expect_failure(room, 2, "--png, --glb or --ply");
+  expect_failure(room, 2, "--png, --glb, --ply or --pcd");
   expect_failure(room + " --png a.png --background blue", 2, "--background: blue is neither");
   expect_failure(room + " --ply a.ply --turntable 5", 2, "give --png");
   expect_failure(room + " --png a.png --turntable 5 --follow-all 3", 2, "--follow-all");
