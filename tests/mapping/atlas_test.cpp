@@ -8,6 +8,7 @@
 #include "mapping/local/surface.hpp"
 #include "support/analytic_scene.hpp"
 #include "support/random.hpp"
+#include "support/voxel_error.hpp"
 
 namespace onemap::mapping {
 namespace {
@@ -242,10 +243,9 @@ TEST(MakeSubmap, SurvivesItsRecord) {
     ASSERT_TRUE(back.ok()) << back.error().text();
     ASSERT_EQ(back->blocks.size(), record.blocks.size());
     for (std::size_t b = 0; b < record.blocks.size(); ++b)
-      EXPECT_TRUE(std::equal(record.blocks[b].voxels.begin(), record.blocks[b].voxels.end(),
-                             back->blocks[b].voxels.begin(), [](const SubmapVoxel& x, const SubmapVoxel& y) {
-                               return x.tsdf == y.tsdf && x.weight == y.weight && x.rgb == y.rgb;
-                             }));
+      EXPECT_TRUE(std::equal(
+          record.blocks[b].voxels.begin(), record.blocks[b].voxels.end(), back->blocks[b].voxels.begin(),
+          [](const SubmapVoxel& put, const SubmapVoxel& got) { return test::within_half_a_step(got, put); }));
     blocks += record.blocks.size();
   }
   EXPECT_EQ(blocks, filled_blocks(local));

@@ -102,7 +102,7 @@ TEST_F(MapFusionTest, ABlockThatIsPublishedAgainCostsNothingMore) {
 TEST_F(MapFusionTest, TellsWhichRecordsAreMalformedInside) {
   Author a = test::small_robot("a");
   SubmapRecord broken{0, 20000, 60000, {{{1, 2, 3}, {}}}};
-  broken.blocks[0].voxels[7] = {kTsdfOne + 1, 1, {}};
+  broken.blocks[0].voxels[7] = {2 * kTsdfOne, 1, {}};
   const RecordPtr record = a.write(Lane::voxels, RecordKind::submap, broken);
   take(a);
   MapFusion fusion(config);
@@ -110,7 +110,7 @@ TEST_F(MapFusionTest, TellsWhichRecordsAreMalformedInside) {
   const auto malformed = fusion.take_malformed();
   ASSERT_EQ(malformed.size(), 1u);
   EXPECT_EQ(malformed[0].id, record->id);
-  EXPECT_THAT(malformed[0].reason, testing::HasSubstr("blocks.tsdf"));
+  EXPECT_THAT(malformed[0].reason, testing::HasSubstr("blocks.voxels"));
   EXPECT_GT(fusion.map()->used(), 0u) << "the others went in";
   EXPECT_TRUE(fusion.complete(log));
 }

@@ -75,7 +75,7 @@ TEST_F(Decisions, AStrangerThatSortsFirstDecidesNothing) {
   Author evil("-evil");
   evil.hello();
   SubmapRecord broken{0, 20000, 60000, {{{100, 0, 0}, {}}}};
-  broken.blocks[0].voxels[7] = {kTsdfOne + 1, 1, {}};
+  broken.blocks[0].voxels[7] = {2 * kTsdfOne, 1, {}};
   evil.write(Lane::voxels, RecordKind::submap, broken);
   SolutionRecord own{evil.id(), {{evil.id(), 1, {}}}, 0, 0};
   evil.solution(own);

@@ -1,7 +1,7 @@
 // The submap body: a header, then one zstd frame with planes that compress well:
 //   keys (12 bytes a block), masks of observed voxels (64 bytes a block), masks of coloured ones among the observed,
-//   then for the observed voxels in order: low bytes and high bytes of the distance's change, the weight's change, and
-//   for the coloured ones the changes of green, red - green, blue - green.
+//   then for the observed voxels in order: the distance's and the weight's steps beside what is expected, and for the
+//   coloured ones those of green, red - green, blue - green (voxel_coding.hpp), a byte each.
 // zstd's output may differ between its versions, so what is canonical is the content of the frame: one frame, its
 // declared size exact, nothing behind it.
 #include <zstd.h>
@@ -11,6 +11,7 @@
 
 #include "mapping/records/submap.hpp"
 #include "records/field_reader.hpp"
+#include "records/voxel_coding.hpp"
 
 namespace onemap::mapping {
 namespace {
@@ -18,15 +19,11 @@ namespace {
 constexpr std::size_t kMaxBlocks = 512;
 constexpr std::size_t kMaskBytes = kBlockVoxels / 8;
 constexpr std::size_t kKeyBytes = 12;
-constexpr std::size_t kMostVoxelBytes = 7;  // of the planes, colour mask included
+constexpr std::size_t kMostVoxelBytes = 6;  // of the planes, colour mask included
 constexpr std::size_t kLeastBlockBytes = kKeyBytes + kMaskBytes;
 constexpr std::size_t kMostBlockBytes = kLeastBlockBytes + kBlockVoxels * kMostVoxelBytes;
 constexpr std::int32_t kFarthestBlock = 1 << 20;
-constexpr int kZstdLevel = 3;
-
-std::uint16_t zigzag(int v) { return static_cast<std::uint16_t>(v < 0 ? -2 * v - 1 : 2 * v); }
-int unzigzag(std::uint16_t v) { return (v & 1) != 0 ? -((v + 1) / 2) : v / 2; }
-bool has_color(const SubmapVoxel& voxel) { return voxel.rgb != Rgb{}; }
+constexpr int kZstdLevel = 9;
 
 void set_bit(std::vector<std::uint8_t>& mask, std::size_t i) {
   mask[i / 8] = static_cast<std::uint8_t>(mask[i / 8] | (1u << (i % 8)));
@@ -39,47 +36,35 @@ std::size_t ones(std::span<const std::uint8_t> mask) {
   return n;
 }
 
-// Writes bytes as differences to the one before (modulo 256), and reads them back.
-struct DeltaBytes {
-  std::uint8_t last = 0;
-  std::uint8_t put(int value) {
-    const auto now = static_cast<std::uint8_t>(value);
-    const auto out = static_cast<std::uint8_t>(now - last);
-    last = now;
-    return out;
-  }
-  std::uint8_t get(std::uint8_t change) { return last = static_cast<std::uint8_t>(last + change); }
-};
-
 struct Planes {
-  std::vector<std::uint8_t> keys, seen, colored, tsdf_low, tsdf_high, weight, green, red, blue;
+  std::vector<std::uint8_t> keys, seen, colored;
+  std::array<std::vector<std::uint8_t>, kVoxelChannels> channels;
 };
 
 Planes to_planes(const SubmapRecord& record) {
   Planes out;
   out.seen.resize(record.blocks.size() * kMaskBytes);
   ByteWriter keys(out.keys);
-  DeltaBytes weight, green, red, blue;
-  int tsdf = 0;
+  VoxelPredictor predictor;
   std::size_t index = 0, observed = 0;
   for (const SubmapBlock& block : record.blocks) {
     for (const std::int32_t c : {block.key.x, block.key.y, block.key.z}) keys.put(c);
+    predictor.begin_block();
     for (const SubmapVoxel& voxel : block.voxels) {
+      const VoxelSteps steps = to_steps(voxel);
       const std::size_t at = index++;
-      if (voxel.weight == 0) continue;
-      set_bit(out.seen, at);
-      const std::uint16_t change = zigzag(voxel.tsdf - tsdf);
-      tsdf = voxel.tsdf;
-      out.tsdf_low.push_back(static_cast<std::uint8_t>(change & 0xFF));
-      out.tsdf_high.push_back(static_cast<std::uint8_t>(change >> 8));
-      out.weight.push_back(weight.put(voxel.weight));
-      if (observed % 8 == 0) out.colored.push_back(0);
-      const std::size_t n = observed++;
-      if (!has_color(voxel)) continue;
-      set_bit(out.colored, n);
-      out.green.push_back(green.put(voxel.rgb[1]));
-      out.red.push_back(red.put(voxel.rgb[0] - voxel.rgb[1]));
-      out.blue.push_back(blue.put(voxel.rgb[2] - voxel.rgb[1]));
+      if (steps.seen) {
+        set_bit(out.seen, at);
+        if (observed % 8 == 0) out.colored.push_back(0);
+        if (steps.colored) set_bit(out.colored, observed);
+        ++observed;
+      }
+      const int channels = steps.colored ? kVoxelChannels : steps.seen ? kGreen : 0;
+      for (int c = 0; c < channels; ++c) {
+        const auto channel = static_cast<VoxelChannel>(c);
+        out.channels[channel].push_back(static_cast<std::uint8_t>(steps.value[channel] - predictor.expected(channel)));
+      }
+      predictor.set(steps);
     }
   }
   return out;
@@ -98,7 +83,8 @@ void read_keys(FieldReader& in, std::vector<SubmapBlock>& blocks) {
 
 // The voxels' planes as spans of the decompressed content.
 struct PlaneReader {
-  std::span<const std::uint8_t> seen, colored, tsdf_low, tsdf_high, weight, green, red, blue;
+  std::span<const std::uint8_t> seen, colored;
+  std::array<std::span<const std::uint8_t>, kVoxelChannels> channels;
 
   PlaneReader(FieldReader& in, std::size_t blocks) {
     seen = in.bytes(blocks * kMaskBytes, "blocks.seen");
@@ -107,37 +93,42 @@ struct PlaneReader {
     const std::size_t colors = ones(colored);
     if (observed % 8 != 0 && !colored.empty())
       in.require(colored.back() >> (observed % 8) == 0, "blocks.colored", "bits beyond the last voxel");
-    tsdf_low = in.bytes(observed, "blocks.tsdf");
-    tsdf_high = in.bytes(observed, "blocks.tsdf");
-    weight = in.bytes(observed, "blocks.weight");
-    green = in.bytes(colors, "blocks.rgb");
-    red = in.bytes(colors, "blocks.rgb");
-    blue = in.bytes(colors, "blocks.rgb");
+    for (const VoxelChannel channel : {kTsdf, kWeight, kGreen, kRed, kBlue})
+      channels[channel] = in.bytes(channel >= kGreen ? colors : observed, kNames[channel]);
   }
+
+ private:
+  static constexpr std::array<const char*, kVoxelChannels> kNames{"blocks.tsdf", "blocks.weight", "blocks.rgb",
+                                                                  "blocks.rgb", "blocks.rgb"};
 };
+
+// A byte is a change modulo 256; steps go from -63 to 63.
+std::int16_t changed(int expected, std::uint8_t change) {
+  return static_cast<std::int16_t>(static_cast<std::int8_t>(static_cast<std::uint8_t>(expected) + change));
+}
 
 void read_voxels(FieldReader& in, std::vector<SubmapBlock>& blocks) {
   const PlaneReader planes(in, blocks.size());
   if (!in.ok()) return;
-  DeltaBytes weight, green, red, blue;
-  int tsdf = 0;
+  VoxelPredictor predictor;
   std::size_t observed = 0, color = 0;
   for (std::size_t i = 0; i < blocks.size() * kBlockVoxels; ++i) {
-    if (!bit(planes.seen, i)) continue;
-    SubmapVoxel& voxel = blocks[i / kBlockVoxels].voxels[i % kBlockVoxels];
-    const std::size_t n = observed++;
-    tsdf += unzigzag(static_cast<std::uint16_t>(planes.tsdf_low[n] | (planes.tsdf_high[n] << 8)));
-    in.require(tsdf >= -kTsdfOne && tsdf <= kTsdfOne, "blocks.tsdf", "beyond the truncation distance");
-    voxel.weight = weight.get(planes.weight[n]);
-    in.require(voxel.weight != 0, "blocks.weight", "zero in an observed voxel");
+    if (i % kBlockVoxels == 0) predictor.begin_block();
+    VoxelSteps steps;
+    steps.seen = bit(planes.seen, i);
+    steps.colored = steps.seen && bit(planes.colored, observed);
+    for (const VoxelChannel channel : {kTsdf, kWeight, kGreen, kRed, kBlue}) {
+      const bool has = channel >= kGreen ? steps.colored : steps.seen;
+      if (!has) break;
+      const std::uint8_t change = planes.channels[channel][channel >= kGreen ? color : observed];
+      steps.value[channel] = changed(predictor.expected(channel), change);
+    }
+    observed += steps.seen ? 1 : 0;
+    color += steps.colored ? 1 : 0;
+    in.require(from_steps(steps, blocks[i / kBlockVoxels].voxels[i % kBlockVoxels]), "blocks.voxels",
+               "steps that no voxel has");
     if (!in.ok()) return;
-    voxel.tsdf = static_cast<std::int16_t>(tsdf);
-    if (!bit(planes.colored, n)) continue;
-    voxel.rgb[1] = green.get(planes.green[color]);
-    voxel.rgb[0] = static_cast<std::uint8_t>(red.get(planes.red[color]) + voxel.rgb[1]);
-    voxel.rgb[2] = static_cast<std::uint8_t>(blue.get(planes.blue[color]) + voxel.rgb[1]);
-    in.require(has_color(voxel), "blocks.rgb", "no colour in a coloured voxel");
-    ++color;
+    predictor.set(steps);
   }
 }
 
@@ -178,9 +169,9 @@ std::vector<std::uint8_t> decompress(FieldReader& in, std::span<const std::uint8
 std::vector<std::uint8_t> encode(const SubmapRecord& record) {
   const Planes planes = to_planes(record);
   std::vector<std::uint8_t> content;
-  for (const auto* plane : {&planes.keys, &planes.seen, &planes.colored, &planes.tsdf_low, &planes.tsdf_high,
-                            &planes.weight, &planes.green, &planes.red, &planes.blue})
+  for (const auto* plane : {&planes.keys, &planes.seen, &planes.colored})
     content.insert(content.end(), plane->begin(), plane->end());
+  for (const auto& plane : planes.channels) content.insert(content.end(), plane.begin(), plane.end());
   std::vector<std::uint8_t> body;
   ByteWriter out(body);
   out.put(record.anchor_keyframe);

@@ -26,7 +26,10 @@ struct SubmapRecord {                 // lane voxels; blocks sorted by key, no k
   std::vector<SubmapBlock> blocks;    // at most 512; coordinates below 2^20
 };
 
-std::vector<std::uint8_t> encode(const SubmapRecord& record);  // compressed losslessly
+// In steps of a 62nd of the truncation, sixteen weights and five to six bits a colour (src/records/voxel_coding.hpp),
+// then compressed losslessly: what is decoded is at most half a step from what was encoded, and encodes to the same
+// bytes.
+std::vector<std::uint8_t> encode(const SubmapRecord& record);
 // What a body says that it holds, without decompressing it: what decoding would cost is known before anything is
 // decoded. The bounds of these fields and of the content's size are checked; the content is not.
 struct SubmapHeader {

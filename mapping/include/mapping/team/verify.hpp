@@ -20,8 +20,9 @@ struct VerifyConfig {
 };
 
 // Pairs of two robots' keyframes looked at closely, the chosen ones of `pairs`, and from those that agree one transform
-// T_a_b (eq. 9-11). reason says why not. Robot a's id is the lower; incarnation_other is the caller's to write. Asks
-// stop() between pairs of clouds and gives up without a result when it says true.
+// T_a_b (eq. 9-11); pairs that lie side by side by that and do not show one place refute it (inconsistent): places
+// that look alike do not from everywhere. reason says why not. Robot a's id is the lower; incarnation_other is the
+// caller's to write. Asks stop() between pairs of clouds and gives up without a result when it says true.
 std::optional<LinkRecord> verify_robots(const KeyframeSource& a, const KeyframeSource& b, std::vector<CloudPair> pairs,
                                         const VerifyConfig& config, const std::function<bool()>& stop);
 
