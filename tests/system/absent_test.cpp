@@ -107,11 +107,11 @@ TEST(Absent, ARobotWithoutRoomForItsOwnRecordsFinishesWithWhatItsLogHolds) {
   const auto config = settings(folder, "[run]\nlinger_s = 2\n");
   const auto small = folder / "small.toml";
   folder.write("small.toml", "[network]\nstore_budget_mb = 1\n[run]\nlinger_s = 2\n");
-  Robot full(folder, "full", camera(1, 120),
+  Robot full(folder, "full", camera(1, 400),
              {"--once", "--speed", "max", "--listen", at(a), "--peer", at(b), "--config", small});
   Robot roomy(folder, "roomy", camera(2, 20),
               {"--once", "--speed", "max", "--listen", at(b), "--peer", at(a), "--config", config});
-  ASSERT_TRUE(full.says("a record of this robot is left out of the map", std::chrono::seconds(30))) << full.log();
+  ASSERT_TRUE(full.says("a record of this robot is left out of the map", std::chrono::seconds(60))) << full.log();
   EXPECT_TRUE(roomy.says("robot full finished", std::chrono::seconds(30))) << roomy.log();
   full.stop();
   roomy.stop();

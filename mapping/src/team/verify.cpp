@@ -96,6 +96,7 @@ std::vector<const Verified*> largest_agreement(const std::vector<Verified>& veri
 // What the pose graph gets: every pair that was verified, sorted.
 std::vector<LinkPair> pairs_of(const std::vector<Verified>& verified) {
   std::vector<LinkPair> out;
+  out.reserve(verified.size());
   for (const Verified& v : verified)
     out.push_back({v.keyframe_r, v.keyframe_s, static_cast<std::uint32_t>(v.result.inliers), quantize(v.result.T_r_s)});
   const auto ends = [](const LinkPair& pair) { return std::pair(pair.keyframe_a, pair.keyframe_b); };
@@ -124,6 +125,7 @@ SideBySide side_by_side(const KeyframeSource& a, const KeyframeSource& b, const 
   const Vector3d ahead(0, 0, kAhead_m);
   const auto poses = [](const KeyframeSource& source) {
     std::vector<Pose> out;
+    out.reserve(source.count);
     for (std::size_t i = 0; i < source.count; ++i) out.push_back(from_quantized(source.load(i).T_robot_keyframe));
     return out;
   };

@@ -15,6 +15,7 @@ std::vector<std::vector<std::size_t>> blocks_below(std::size_t variables,
     if (a != NormalEquations::kFixed && b != NormalEquations::kFixed && a != b)
       below[std::min(a, b)].insert(std::max(a, b));
   std::vector<std::vector<std::size_t>> out;
+  out.reserve(below.size());
   for (const auto& rows : below) out.emplace_back(rows.begin(), rows.end());
   return out;
 }
@@ -37,7 +38,7 @@ Eigen::SparseMatrix<double> zeros(const std::vector<std::vector<std::size_t>>& b
 
 }  // namespace
 
-NormalEquations::NormalEquations(std::size_t variables, std::vector<Pair> edges)
+NormalEquations::NormalEquations(std::size_t variables, const std::vector<Pair>& edges)
     : gradient_(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * variables))) {
   const auto below = blocks_below(variables, edges);
   for (const auto& [a, b] : edges) {

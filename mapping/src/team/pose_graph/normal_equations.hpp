@@ -17,7 +17,7 @@ class NormalEquations {
   static constexpr std::size_t kFixed = static_cast<std::size_t>(-1);  // a pose that is no variable
   using Pair = std::pair<std::size_t, std::size_t>;                    // variables of an edge's a and b, or kFixed
 
-  NormalEquations(std::size_t variables, std::vector<Pair> edges);
+  NormalEquations(std::size_t variables, const std::vector<Pair>& edges);
 
   void clear();
   void add(std::size_t edge, double weight, const Linearised& at, const Matrix6d& information);

@@ -11,6 +11,7 @@ std::vector<SolvedGroup> solve_all(const GraphIndex& index, const std::vector<Ch
                                    const Joining& joining, const InUse& in_use, const PoseGraphConfig& config,
                                    SolveEffort& effort) {
   std::vector<SolvedGroup> out;
+  out.reserve(groups.size());
   for (const ChainGroup& group : groups) out.push_back(solve_group(index, group, joining, in_use, config, effort));
   return out;
 }
