@@ -24,7 +24,7 @@ struct Survey {
   FloorPlan plan;
   Pose T_level_map;  // z up, floor at 0; the plan is in this frame
   FreeSpaceCounters space;
-  std::size_t blocks = 0;             // of the free space, in use
+  std::size_t blocks = 0;              // of the free space, in use
   std::size_t keyframes_left_out = 0;  // beyond most_keyframes
   std::size_t keyframes_malformed = 0;
 };
