@@ -79,6 +79,22 @@ TEST_F(LoopFinderTest, FindsWhereTheRobotCameBack) {
   EXPECT_FALSE(finder.news(team(), kNow)) << "told once";
 }
 
+TEST_F(LoopFinderTest, NeighboursAreNoLoops) {
+  Author walker("self");
+  TeamLog near(walker.id(), 1);
+  ASSERT_TRUE(near.apply(walker.hello(), kNow).ok());
+  for (std::uint32_t i = 0; i < 2 * stay; ++i) {
+    KeyframeRecord keyframe = *decode_keyframe(records[i % stay]->body);
+    keyframe.index = i;
+    keyframe.anchor = i < stay ? 0 : stay;
+    ASSERT_TRUE(near.apply(walker.write(Lane::features, RecordKind::keyframe, keyframe), kNow).ok());
+  }
+  const Agreement alone(near, presence, kNow);
+  while (finder.look(alone, places, never)) {
+  }
+  EXPECT_FALSE(finder.news(alone, kNow)) << "odometry joins them anyway";
+}
+
 TEST_F(LoopFinderTest, WhenTheKeyframesComeDoesNotMatter) {
   const LinkRecord expected = at_once();
   TeamLog slow(robot.id(), 1);

@@ -98,6 +98,16 @@ TEST(VerifyRobots, LookAlikeDoorsOfDifferentCorridorsAreRefused) {
   EXPECT_NE(verify_robots(kA, a.keyframes, kB, b.keyframes, {}).reason, LinkReason::accepted);
 }
 
+// Two robots in different parts of one ring: the doors repeat, so many pairs of clouds agree that they met.
+TEST(VerifyRobots, LookAlikeDoorsOfOneRingAreRefusedByWhatLiesBetweenThem) {
+  const std::string ring = "simulated:ring?robots=2&frames=150&fps=10&seed=10&robot=";
+  const Explorer a = explore(ring + "1"), b = explore(ring + "2");
+  const LinkRecord link = verify_robots(kA, a.keyframes, kB, b.keyframes, {});
+  EXPECT_EQ(link.reason, LinkReason::inconsistent);
+  EXPECT_GE(link.supporting_pairs, 4u) << "or this is no hard case any more";
+  EXPECT_TRUE(link.pairs.empty());
+}
+
 // Matching features are not enough: here the second cloud's depth says that the first looked through a wall.
 TEST(VerifyClouds, ConflictWithSpaceSeenFreeIsRefused) {
   const Explorer a = explore("simulated:living-room?robot=1&frames=5");
