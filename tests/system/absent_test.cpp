@@ -114,6 +114,7 @@ TEST(Absent, ARobotWithoutRoomForItsOwnRecordsFinishesWithWhatItsLogHolds) {
   ASSERT_TRUE(full.says("a record of this robot is left out of the map", std::chrono::seconds(60))) << full.log();
   EXPECT_TRUE(roomy.says("robot full finished", std::chrono::seconds(30))) << roomy.log();
   full.stop();
+  EXPECT_THAT(full.log(), HasSubstr("records of this robot: the store had no room"));
   roomy.stop();
 }
 
