@@ -74,6 +74,7 @@ Status App::open_team() {
   team.atlas.map = config_.mapper.map;
   team.atlas.map.budget_bytes = config_.global_budget_bytes;
   team.merge_while_mapping = seconds(config_.merge_while_mapping_s);
+  team.map_interval = seconds(config_.map_interval_s);
   team.verify.find_pairs = config_.find_pairs;
   team.places.budget_bytes = config_.places_budget_bytes;
   team.lost_after = seconds(config_.lost_after_s);

@@ -6,6 +6,7 @@
 #include "daemon/saved_map.hpp"
 #include "daemon/standing.hpp"
 #include "daemon/team_picture.hpp"
+#include "daemon/team_words.hpp"
 #include "hal/base/file.hpp"
 #include "mapping/team/placed_anchors.hpp"
 #include "mapping/team/way_on_map.hpp"
@@ -72,15 +73,15 @@ void Harvest::say_costs() const {
 Status Harvest::write_trajectories() const {
   if (auto status = write_text_file(config_.out + "/trajectory.txt", trajectory_text(from_.pipeline.poses())); !status)
     return status;
-  const auto solution = from_.team.map().solution();
-  if (!solution) return success();
+  const mapping::SolutionRecord* solution = from_.team.map().solution();
+  if (solution == nullptr) return success();
   if (auto status = make_folder(config_.out + "/global"); !status) return status;
-  const auto& members = from_.team.map().members();
-  for (const auto& solved : solution->robots) {
-    const auto member = members.find(solved.robot);
-    if (member == members.end() || !solved.robot.valid()) continue;  // a file's name is a checked name
-    const std::string file = config_.out + "/global/" + solved.robot.name() + ".txt";
-    const std::string text = trajectory_text(mapping::way_on_map(member->second, solved));
+  const mapping::TeamLog& log = from_.team.map().log();
+  for (const mapping::SolvedRobot& solved : solution->robots) {
+    const mapping::TeamMember* member = log.find(solved.chain);
+    if (member == nullptr || !solved.chain.robot.valid()) continue;  // a file's name is a checked name
+    const std::string file = config_.out + "/global/" + chain_name(log, solved.chain) + ".txt";
+    const std::string text = trajectory_text(mapping::way_on_map(*member, solved));
     if (auto status = write_text_file(file, text); !status) return status;
   }
   return success();
@@ -94,17 +95,15 @@ Status Harvest::write_graph() const {
 // Of the global map, and without one of this robot's own odometry.
 std::vector<mapping::PlacedKeyframe> Harvest::placed_keyframes() const {
   std::vector<mapping::PlacedKeyframe> placed;
-  const auto& members = from_.team.map().members();
-  const RobotId self = RobotId::from_name(config_.id);
-  auto solution = from_.team.map().solution();
-  if (!solution && members.contains(self)) solution = {self, {{self, members.at(self).incarnation, {}}}, 0, 0};
-  if (!solution) return placed;
-  for (const auto& solved : solution->robots) {
-    const auto member = members.find(solved.robot);
-    if (member == members.end()) continue;
-    const auto poses = mapping::keyframes_on_map(member->second, solved);
+  const mapping::TeamLog& log = from_.team.map().log();
+  const mapping::SolutionRecord* solution = from_.team.map().solution();
+  const mapping::SolutionRecord alone{log.own_chain(), {{log.own_chain(), {}}}, 0, 0, {}};
+  for (const mapping::SolvedRobot& solved : (solution != nullptr ? *solution : alone).robots) {
+    const mapping::TeamMember* member = log.find(solved.chain);
+    if (member == nullptr) continue;
+    const auto poses = mapping::keyframes_on_map(*member, solved);
     for (std::size_t i = 0; i < poses.size(); ++i)
-      placed.push_back({member->second.keyframes[i]->body, mapping::from_quantized(poses[i])});
+      placed.push_back({member->keyframes[i]->body, mapping::from_quantized(poses[i])});
   }
   return placed;
 }
@@ -138,7 +137,7 @@ void Harvest::say_plan(Duration took) const {
 // The same in every picture of the team, whoever draws it.
 render::Color Harvest::color_of(const std::string& robot) const {
   std::vector<std::string> names;
-  for (const auto& [id, member] : from_.team.map().members()) names.push_back(id.name());
+  for (const RobotId& id : from_.team.map().log().robots()) names.push_back(id.name());
   if (std::ranges::find(names, robot) == names.end()) names.push_back(robot);
   const auto place = std::ranges::find(names, robot) - names.begin();
   return render::robot_colors(names)[static_cast<std::size_t>(place)];
@@ -146,41 +145,40 @@ render::Color Harvest::color_of(const std::string& robot) const {
 
 MapPicture Harvest::solved_picture(const std::string& stem, const std::string& title,
                                    const mapping::SolutionRecord& solution) const {
-  const auto& members = from_.team.map().members();
+  const mapping::TeamLog& log = from_.team.map().log();
   std::vector<SavedPath> paths;
-  for (const auto& solved : solution.robots)
-    if (const auto member = members.find(solved.robot); member != members.end())
-      paths.push_back(make_path(solved.robot.name(), color_of(solved.robot.name()),
-                                mapping::way_on_map(member->second, solved),
-                                mapping::keyframes_on_map(member->second, solved)));
+  for (const mapping::SolvedRobot& solved : solution.robots)
+    if (const mapping::TeamMember* member = log.find(solved.chain); member != nullptr)
+      paths.push_back(make_path(chain_name(log, solved.chain), color_of(solved.chain.robot.name()),
+                                mapping::way_on_map(*member, solved), mapping::keyframes_on_map(*member, solved)));
   return {config_.out + stem, save_map(title, paths, *from_.team.map().map())};
 }
 
 // This robot's own records where its odometry has them: what it would hold without its team.
 const mapping::VoxelMap* Harvest::local_map() const {
-  const RobotId self = RobotId::from_name(config_.id);
-  const auto& members = from_.team.map().members();
-  const auto own = members.find(self);
-  if (own == members.end()) return nullptr;
+  const mapping::TeamLog& log = from_.team.map().log();
+  if (log.own() == nullptr) return nullptr;
   mapping::AtlasConfig config{config_.mapper.map};
   config.map.budget_bytes = config_.global_budget_bytes;
-  local_.emplace(config);
-  local_->begin({self, {{self, own->second.incarnation, {}}}, 0, 0});
-  local_->add(own->second, [] { return false; });
+  local_.emplace(config.map.budget_bytes);
+  mapping::MapTarget target{{log.own_chain(), {{log.own_chain(), {}}}, 0, 0, mapping::map_parameters(config)}, {}};
+  target.extents = mapping::everything_here(log, target.solution);
+  local_->aim(log, std::move(target));
+  while (local_->underway()) local_->step([] { return false; });
   return local_->map();
 }
 
 std::vector<MapPicture> Harvest::pictures() const {
   const std::string local_title = "local map of " + config_.id;
-  const auto solution = from_.team.map().map() != nullptr ? from_.team.map().solution() : std::nullopt;
+  const mapping::SolutionRecord* solution = from_.team.map().solution();
   // A robot alone has one map, with its loops closed.
-  if (solution && config_.alone()) return {solved_picture("/local", local_title, *solution)};
+  if (solution != nullptr && config_.alone()) return {solved_picture("/local", local_title, *solution)};
   std::vector<MapPicture> pictures;
   const SavedPath path =
       make_path(config_.id, color_of(config_.id), from_.pipeline.poses(), from_.pipeline.keyframe_poses());
   if (const mapping::VoxelMap* local = local_map())
     pictures.push_back({config_.out + "/local", save_map(local_title, {&path, 1}, *local)});
-  if (solution) pictures.push_back(solved_picture("/global", "global map", *solution));
+  if (solution != nullptr) pictures.push_back(solved_picture("/global", "global map", *solution));
   return pictures;
 }
 
@@ -208,9 +206,9 @@ Report Harvest::report() const {
   const RadioView radio = from_.radio.view();
   report.same_map = from_.agreed;
   report.merge_ms = static_cast<std::uint64_t>(to_seconds(team.merge) * 1e3);
-  if (const auto solution = from_.team.map().solution()) {
-    report.reference = solution->reference.name();
-    robot.in_global_map = mapping::find_solved(*solution, RobotId::from_name(config_.id)) != nullptr;
+  if (const mapping::SolutionRecord* solution = from_.team.map().solution(); solution != nullptr) {
+    report.reference = solution->reference.robot.name();
+    robot.in_global_map = mapping::find_solved(*solution, from_.team.map().log().own_chain()) != nullptr;
   }
   robot.map_digest = team.digest;
   robot.bytes_sent = radio.bytes_sent;

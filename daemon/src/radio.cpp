@@ -6,6 +6,7 @@
 #include "comms/udp/silent_port.hpp"
 #include "daemon/clock.hpp"
 #include "mapping/records/finished.hpp"
+#include "mapping/records/hello.hpp"
 
 namespace onemap::daemon {
 
@@ -201,6 +202,17 @@ void Radio::append_finished(Instant now) {
     log_.limited("finished", "cannot tell the team that this robot has finished: {}", stored.error().text());
 }
 
+namespace {
+// A record in the life after `before`: its Hello says that it repeats that one, so that nothing counts twice.
+std::vector<std::uint8_t> again(const Record& record, std::uint64_t before) {
+  if (record.kind != static_cast<std::uint16_t>(mapping::RecordKind::hello)) return record.body;
+  auto hello = mapping::decode_hello(record.body);
+  if (!hello) return record.body;
+  hello->repeats = before;
+  return encode(*hello);
+}
+}  // namespace
+
 // Neighbours remember a life of this robot with a greater number than this one (its counter was lost and the clock went
 // back): it goes on under a greater one, and writes its own records again.
 void Radio::begin_new_life(Instant now) {
@@ -225,7 +237,7 @@ void Radio::begin_new_life(Instant now) {
   listener_.new_life(life_.number());
   for (std::uint8_t lane = 0; lane < kLaneCount; ++lane)
     for (std::uint32_t seq = 0; auto record = store_.find({{node_config_.self, lane, before}, seq}); ++seq)
-      if (!node_->append(now, lane, record->kind, record->body))
+      if (!node_->append(now, lane, record->kind, again(*record, before)))
         log_.limited("own record", "the store has no room for this robot's records in its new life");
   const std::lock_guard lock(mutex_);
   node_->set_local_status(now, map_digest_, flags_);

@@ -3,36 +3,36 @@
 #include <algorithm>
 
 #include "daemon/team_words.hpp"
+#include "mapping/team/link_table.hpp"
+#include "mapping/team/placed_anchors.hpp"
 
 namespace onemap::daemon {
 
 namespace {
 
-bool in_map(const std::optional<mapping::SolutionRecord>& solution, const RobotId& robot) {
-  return solution && std::ranges::any_of(solution->robots, [&](const auto& solved) { return solved.robot == robot; });
+bool in_map(const mapping::SolutionRecord* solution, const mapping::ChainId& chain) {
+  return solution != nullptr && mapping::find_solved(*solution, chain) != nullptr;
 }
 
 }  // namespace
 
 render::TeamPicture team_picture(const mapping::TeamMap& team) {
   render::TeamPicture picture;
-  std::vector<RobotId> ids;
+  const std::vector<mapping::ChainId> chains = team.log().chains();
   std::vector<std::string> names;
-  for (const auto& [id, member] : team.members()) {
-    ids.push_back(id);
-    names.push_back(id.name());
-  }
+  for (const mapping::ChainId& chain : chains) names.push_back(chain_name(team.log(), chain));
   const auto colors = render::robot_colors(names);
-  const auto solution = team.solution();
-  for (std::size_t i = 0; i < ids.size(); ++i)
-    picture.robots.push_back({names[i], colors[i], team.members().at(ids[i]).places.size(), in_map(solution, ids[i])});
-  const auto number = [&](const RobotId& id) {
-    return static_cast<std::size_t>(std::ranges::find(ids, id) - ids.begin());
+  const mapping::SolutionRecord* solution = team.solution();
+  for (std::size_t i = 0; i < chains.size(); ++i)
+    picture.robots.push_back(
+        {names[i], colors[i], team.log().find(chains[i])->places.size(), in_map(solution, chains[i])});
+  const auto number = [&](const mapping::ChainId& chain) {
+    return static_cast<std::size_t>(std::ranges::find(chains, chain) - chains.begin());
   };
-  for (const mapping::LinkRecord& link : team.links())
-    picture.links.push_back({number(link.a), number(link.b), link.reason == mapping::LinkReason::accepted, link.inliers,
-                             link_words(link.reason)});
-  if (solution) picture.reference = solution->reference.name();
+  for (const mapping::TeamLink& link : mapping::counting_links(team.log()))
+    picture.links.push_back({number(link.a), number(link.b), link.link->reason == mapping::LinkReason::accepted,
+                             link.link->inliers, link_words(link.link->reason)});
+  if (solution != nullptr) picture.reference = chain_name(team.log(), solution->reference);
   return picture;
 }
 

@@ -44,18 +44,19 @@ struct Words {
   void operator()(const mapping::RobotBack& e) const { log.line("robot {} is back", e.robot.name()); }
   void operator()(const mapping::LinkLooked& e) const {
     const mapping::LinkRecord& link = e.link;
-    if (link.a == link.b) {
+    if (link.a == link.b && link.incarnation_other == e.author.incarnation) {
       if (!link.pairs.empty())
         log.line("robot {} knows {} pairs of its keyframes as one place each", link.a.name(), link.pairs.size());
       return;
     }
-    const std::string by = e.author == link.a ? "" : fmt::format(" (looked at by {})", e.author.name());
+    const std::string by = e.author.robot == link.a ? "" : fmt::format(" (looked at by {})", e.author.robot.name());
+    const char* life = link.a == link.b ? "'s earlier life" : "";
     if (link.reason == LinkReason::accepted)
-      log.line("link {} - {} accepted: {} pairs of clouds agree, {} inliers, ratio {:.2f}, error {:.1f} mm{}",
-               link.a.name(), link.b.name(), link.supporting_pairs, link.inliers, link.ratio_e4 * 1e-4,
+      log.line("link {}{} - {} accepted: {} pairs of clouds agree, {} inliers, ratio {:.2f}, error {:.1f} mm{}",
+               link.a.name(), life, link.b.name(), link.supporting_pairs, link.inliers, link.ratio_e4 * 1e-4,
                link.error_um * 1e-3, by);
     else
-      log.line("link {} - {} refused: {}, {} pairs of clouds agree, {} inliers{}", link.a.name(), link.b.name(),
+      log.line("link {}{} - {} refused: {}, {} pairs of clouds agree, {} inliers{}", link.a.name(), life, link.b.name(),
                link_words(link.reason), link.supporting_pairs, link.inliers, by);
   }
   void operator()(const mapping::RecordRefused& e) const {
@@ -68,16 +69,14 @@ struct Words {
   }
   void operator()(const mapping::MapFused& e) const {
     std::string names;
-    for (const auto& robot : e.solution.robots) names.append(" ").append(robot.robot.name());
+    for (const auto& robot : e.solution.robots) names.append(" ").append(robot.chain.robot.name());
     log.line("{} map {:016x}: reference {}, {} links used and {} refused, robots{}, {} submaps, {} blocks, {} refused",
-             e.final ? "global" : "interim", e.digest, e.solution.reference.name(), e.solution.links_used,
+             e.final ? "global" : "interim", e.digest, e.solution.reference.robot.name(), e.solution.links_used,
              e.solution.links_refused, names, e.submaps, e.blocks, e.blocks_refused);
     if (e.blocks_refused > 0)
       log.line("the global map is full: {} times a block found no room (global_budget_mb)", e.blocks_refused);
     if (e.submaps_left_out > 0)
-      log.line(
-          "{} submaps are left out of the global map: one robot has more than may be decoded for it "
-          "(global_budget_mb)",
+      log.line("{} submaps are left out of the global map: one place has more than may be decoded for it (global_budget_mb)",
           e.submaps_left_out);
   }
   void operator()(const mapping::MapSettled& e) const {
@@ -88,6 +87,11 @@ struct Words {
 };
 
 }  // namespace
+
+std::string chain_name(const mapping::TeamLog& log, const mapping::ChainId& chain) {
+  const std::string name = chain.robot.name();
+  return log.present(chain.robot) == chain ? name : fmt::format("{}.{}", name, chain.incarnation);
+}
 
 void say(const mapping::TeamEvent& event, Log& log) { std::visit(Words{log}, event); }
 

@@ -137,16 +137,16 @@ void atlas_of_four(benchmark::State& state) {
   const auto records = submaps_of(fused());
   std::vector<Atlas::Submap> submaps;
   for (std::size_t i = 0; i < records.size(); ++i) submaps.push_back({static_cast<std::uint32_t>(i), &records[i]});
-  std::vector<std::vector<PlacedAnchor>> robots;
+  std::vector<QuantizedPose> robots;
   for (int r = 1; r <= 4; ++r) {
     Vector6d motion;
     motion << 0.1 * r, -0.2 * r, 0.05 * r, 0.9 * r, 0.3 * r, 0.1;
-    robots.push_back({{0, quantize(small_motion(motion))}});
+    robots.push_back(quantize(small_motion(motion)));
   }
   Atlas atlas({});
   for (auto _ : state) {
     atlas.clear();
-    for (const auto& anchors : robots) atlas.add(anchors, submaps);
+    for (const QuantizedPose& T_map_robot : robots) atlas.add({T_map_robot, submaps});
   }
   state.counters["source_blocks"] = static_cast<double>(atlas.counters().blocks);
   state.counters["global_blocks"] = static_cast<double>(atlas.map().used());

@@ -150,6 +150,7 @@ TEST_F(ConfigFile, TheExampleCarriesEveryValue) {
   all.speed = {true, 1};
   all.linger_s = 0.125;
   all.merge_while_mapping_s = 1e6;
+  all.map_interval_s = 7;
   all.lost_after_s = 77;
   all.peer_wait_s = 0;
   all.matches_picture = 9;

@@ -39,16 +39,29 @@ TEST(TeamWords, LinksSayWhyAndByWhom) {
   link.inliers = 120;
   link.ratio_e4 = 2500;
   link.error_um = 4200;
-  EXPECT_EQ(said(mapping::LinkLooked{kA, link}),
+  EXPECT_EQ(said(mapping::LinkLooked{{kA, 1}, link}),
             "robot1: link a - b accepted: 3 pairs of clouds agree, 120 inliers, ratio 0.25, error 4.2 mm\n");
   link.reason = mapping::LinkReason::icp_failed;
   EXPECT_EQ(
-      said(mapping::LinkLooked{kB, link}),
+      said(mapping::LinkLooked{{kB, 1}, link}),
       "robot1: link a - b refused: the clouds do not fit, 3 pairs of clouds agree, 120 inliers (looked at by b)\n");
+  link.reason = mapping::LinkReason::accepted;
+  link.b = kA;
+  link.incarnation_other = 1;
+  EXPECT_THAT(said(mapping::LinkLooked{{kA, 2}, link}), HasSubstr("link a's earlier life - a accepted: 3 pairs"));
+  link.pairs = {{1, 30, 60, {}}};
+  EXPECT_EQ(said(mapping::LinkLooked{{kA, 1}, link}),
+            "robot1: robot a knows 1 pairs of its keyframes as one place each\n");
+}
+
+TEST(TeamWords, AnEarlierLifeHasItsNumber) {
+  mapping::TeamLog log(kA, 17);
+  EXPECT_EQ(chain_name(log, {kA, 17}), "a");
+  EXPECT_EQ(chain_name(log, {kA, 16}), "a.16");
 }
 
 TEST(TeamWords, AMapSaysWhatItIsMadeOfAndWhatItLacks) {
-  mapping::MapFused fused{true, 0xabc, {kA, {{kA, 1, {}}, {kB, 1, {}}}, 7, 2}, 12, 0, 900, 0};
+  mapping::MapFused fused{true, 0xabc, {{kA, 1}, {{{kA, 1}, {}}, {{kB, 1}, {}}}, 7, 2, {}}, 12, 0, 900, 0};
   EXPECT_EQ(said(fused),
             "robot1: global map 0000000000000abc: reference a, 7 links used and 2 refused, robots a b, 12 submaps, 900 "
             "blocks, 0 refused\n");

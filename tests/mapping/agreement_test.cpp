@@ -101,20 +101,20 @@ TEST_F(AgreementTest, OfARobotThatDiedTheRecordsThatAnybodyHasAreWaitedFor) {
   ASSERT_TRUE(log.apply(a.submap({1, 0, 0}), kStart + 11s).ok());  // came by way of b
   EXPECT_FALSE(later(20s, {a.id()}).gone().contains(a.id())) << "its records are signs of life";
   const Agreement none_missing = later(22s, {a.id()});
-  EXPECT_TRUE(none_missing.all_here(a.id()));
+  EXPECT_TRUE(none_missing.all_here(a.chain()));
   EXPECT_TRUE(none_missing.ready());
 }
 
 TEST_F(AgreementTest, ThePairsOfARobotThatDiedAreTheOthers) {
-  EXPECT_EQ(later(1s).verifier(b.id(), a.id()), a.id());
+  EXPECT_EQ(later(1s).verifier(b.chain(), a.chain()), a.id());
   const Agreement without_a = later(12s, {a.id()});
-  EXPECT_EQ(without_a.verifier(a.id(), b.id()), b.id());
-  EXPECT_EQ(without_a.verifier(b.id(), c.id()), b.id());
+  EXPECT_EQ(without_a.verifier(a.chain(), b.chain()), b.id());
+  EXPECT_EQ(without_a.verifier(b.chain(), c.chain()), b.id());
   const Agreement alone = later(24s, {a.id(), b.id()});
-  EXPECT_EQ(alone.verifier(a.id(), b.id()), std::nullopt);
-  EXPECT_TRUE(alone.verified(a.id(), b.id())) << "nobody is left to look";
-  EXPECT_FALSE(alone.verified(a.id(), c.id()));
-  EXPECT_EQ(alone.verifier(a.id(), c.id()), c.id());
+  EXPECT_EQ(alone.verifier(a.chain(), b.chain()), std::nullopt);
+  EXPECT_TRUE(alone.verified(a.chain(), b.chain())) << "nobody is left to look";
+  EXPECT_FALSE(alone.verified(a.chain(), c.chain()));
+  EXPECT_EQ(alone.verifier(a.chain(), c.chain()), c.id());
 }
 
 TEST_F(AgreementTest, WhoPromisedMoreThanItWroteBlocksNobodyForEver) {
@@ -125,6 +125,32 @@ TEST_F(AgreementTest, WhoPromisedMoreThanItWroteBlocksNobodyForEver) {
   EXPECT_EQ(text(later(9s, {}, {a.id()}).waiting()), "a:0 ");
   EXPECT_EQ(text(later(11s, {}, {}).waiting()), "a:0 ") << "more of it is known of";
   EXPECT_TRUE(later(11s, {}, {a.id()}).ready());
+}
+
+// b was switched off and on: what its earlier life had written counts, and its present one looks at it.
+TEST_F(AgreementTest, AnEarlierLifeIsLookedAtByTheLivingAndWaitedForByNobody) {
+  link_all();
+  Author again = test::small_robot("b", 2);
+  for (const auto& record : again.written()) take(record);
+  const Agreement team = later(1s);
+  EXPECT_EQ(team.chains().size(), 4u);
+  EXPECT_TRUE(team.present(again.chain()));
+  EXPECT_FALSE(team.present(b.chain()));
+  EXPECT_EQ(team.verifier(b.chain(), again.chain()), b.id()) << "its later life";
+  EXPECT_EQ(team.verifier(b.chain(), c.chain()), c.id()) << "the one that lives, although it is higher";
+  EXPECT_EQ(team.verifier(again.chain(), c.chain()), b.id());
+  EXPECT_EQ(text(team.waiting()), "a:1 b:1 ") << "their ends";
+  for (Author* author : {&a, &c, &again}) take(author->finish());
+  EXPECT_EQ(text(later(1s).waiting()), "a:2 b:0 ") << "links with the new life; b's earlier life may have more";
+  const Agreement known = later(2s, {}, {b.id()});
+  EXPECT_TRUE(known.all_here(b.chain()));
+  EXPECT_EQ(text(known.waiting()), "a:2 b:2 ");
+  LinkRecord ab = link_of("a", "b", 80), bb = link_of("b", "b", 70);
+  ab.incarnation_other = 2;
+  take(a.link(ab));
+  take(again.link(bb));
+  take(again.link(link_of("b", "c", 60)));
+  EXPECT_TRUE(later(3s, {}, {b.id()}).ready());
 }
 
 TEST_F(AgreementTest, RobotsWithoutKeyframesHaveNothingToBeLookedAt) {

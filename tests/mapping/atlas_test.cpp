@@ -57,12 +57,12 @@ std::size_t filled_blocks(const VoxelMap& map) {
 
 // One robot's submaps with one anchor, the keyframe 0.
 struct Source {
-  Source(const std::vector<SubmapRecord>& records, const Pose& T_map_anchor = {})
-      : anchors{{0, quantize(T_map_anchor)}} {
+  Source(const std::vector<SubmapRecord>& records, const Pose& pose = {}) : T_map_anchor(quantize(pose)) {
     for (std::size_t i = 0; i < records.size(); ++i) submaps.push_back({static_cast<std::uint32_t>(i), &records[i]});
   }
-  void add_to(Atlas& atlas) const { atlas.add(anchors, submaps); }
-  std::vector<PlacedAnchor> anchors;
+  Atlas::Placed placed() const { return {T_map_anchor, submaps}; }
+  void add_to(Atlas& atlas) const { atlas.add(placed()); }
+  QuantizedPose T_map_anchor;
   std::vector<Atlas::Submap> submaps;
 };
 
@@ -143,7 +143,6 @@ TEST(Atlas, MovedAndResampledRobotsLieOnTheTruth) {
   const Source from_a(ra), from_b(rb, T_world_b), from_c(rc, T_world_c);
   Atlas atlas({});
   for (const Source* source : {&from_a, &from_b, &from_c}) source->add_to(atlas);
-  EXPECT_EQ(atlas.counters().robots, 3u);
   const Error alone = surface_error(a, {}), all = surface_error(atlas.map(), {});
   EXPECT_LT(all.mean_m, 0.15 * 0.02) << "mean error in voxels: " << all.mean_m / 0.02;
   EXPECT_LT(all.far_share, 0.005);
@@ -170,9 +169,8 @@ SubmapRecord one_voxel(std::int16_t tsdf, std::int32_t voxel_um = 20000) {
 TEST(Atlas, LaterVersionReplacesTheEarlier) {
   const SubmapRecord old = one_voxel(100), now = one_voxel(-300);
   const std::vector<Atlas::Submap> submaps{{4, &now}, {3, &old}};
-  const std::vector<PlacedAnchor> anchors{{0, {}}};
   Atlas atlas({});
-  atlas.add(anchors, submaps);
+  atlas.add({{}, submaps});
   const Voxel* block = atlas.map().find({1, 2, 3});
   ASSERT_NE(block, nullptr);
   EXPECT_EQ(block[77].tsdf(), -300);
@@ -181,31 +179,71 @@ TEST(Atlas, LaterVersionReplacesTheEarlier) {
   EXPECT_EQ(atlas.counters().blocks, 1u);
 }
 
-// The same block of two anchors is two blocks: each goes where its anchor is.
-TEST(Atlas, EachSubmapGoesWithItsAnchor) {
-  SubmapRecord a = one_voxel(100), b = one_voxel(-300);
-  b.anchor_keyframe = 7;
-  QuantizedPose moved;
-  moved.t_10um = {0, 0, 8 * 2000};  // a block
-  const std::vector<Atlas::Submap> submaps{{4, &a}, {3, &b}};
-  const std::vector<PlacedAnchor> anchors{{0, {}}, {7, moved}};
-  Atlas atlas({});
-  atlas.add(anchors, submaps);
-  EXPECT_EQ(atlas.map().find({1, 2, 3})[77].tsdf(), 100);
-  ASSERT_NE(atlas.map().find({1, 2, 4}), nullptr);
-  EXPECT_EQ(atlas.map().find({1, 2, 4})[77].tsdf(), -300);
-  EXPECT_EQ(atlas.counters().blocks, 2u);
+struct Taken : testing::Test {
+  const Pose T_world_b = motion(0.2, -0.1, 0.4, 0.5, -0.3, 0.2);
+  VoxelMap a = explore({}, -0.6), b = explore(T_world_b, 0.1);
+  const std::vector<SubmapRecord> ra = all_submaps(a), rb = all_submaps(b);
+  const Source from_a{ra}, from_b{rb, T_world_b};
+};
+
+TEST_F(Taken, WhatIsTakenAwayWasNeverThere) {
+  Atlas atlas({}), alone({});
+  from_a.add_to(alone);
+  from_a.add_to(atlas);
+  from_b.add_to(atlas);
+  EXPECT_NE(atlas.map().digest(), alone.map().digest());
+  atlas.replace(from_b.placed(), {});
+  atlas.settle();
+  EXPECT_EQ(atlas.map().digest(), alone.map().digest());
+  EXPECT_EQ(atlas.map().used(), alone.map().used());
+  EXPECT_EQ(atlas.counters().blocks, alone.counters().blocks);
+  EXPECT_TRUE(atlas.exact());
 }
 
-TEST(Atlas, LeavesOutWhatHasNoAnchor) {
-  SubmapRecord record = one_voxel(100);
-  record.anchor_keyframe = 5;
+TEST_F(Taken, WhatMovedIsWhereItWouldBe) {
+  const Source moved(rb, motion(0.21, -0.1, 0.4, 0.55, -0.3, 0.2));
+  Atlas atlas({}), direct({});
+  for (const Source* source : {&from_a, &moved}) source->add_to(direct);
+  for (const Source* source : {&from_b, &from_a}) source->add_to(atlas);
+  atlas.replace(from_b.placed(), moved.placed());
+  atlas.settle();
+  EXPECT_EQ(atlas.map().digest(), direct.map().digest());
+}
+
+// A submap that comes in pieces, some blocks of it in newer versions: only what differs is fused, to the same bytes.
+TEST_F(Taken, WhatGrewIsAsIfItHadComeAtOnce) {
+  std::vector<SubmapRecord> grown = rb;
+  grown.push_back(rb.front());
+  for (SubmapBlock& block : grown.back().blocks)
+    for (SubmapVoxel& voxel : block.voxels) voxel.tsdf = static_cast<std::int16_t>(voxel.tsdf / 2);
+  Atlas direct({}), atlas({});
+  from_a.add_to(direct);
+  Source(grown, T_world_b).add_to(direct);
+  from_a.add_to(atlas);
+  std::vector<Atlas::Submap> before;
+  const Source all(grown, T_world_b);
+  for (const Atlas::Submap& submap : all.submaps) {
+    std::vector<Atlas::Submap> after = before;
+    after.push_back(submap);
+    atlas.replace({all.T_map_anchor, before}, {all.T_map_anchor, after});
+    before = after;
+  }
+  atlas.settle();
+  EXPECT_EQ(atlas.map().digest(), direct.map().digest());
+  EXPECT_EQ(atlas.counters().blocks, direct.counters().blocks);
+}
+
+TEST(Atlas, KnowsWhenTheOrderBeganToMatter) {
+  SubmapRecord heavy = one_voxel(100);
+  heavy.blocks[0].voxels[77].weight = 255;
+  const std::vector<Atlas::Submap> submaps{{0, &heavy}};
   Atlas atlas({});
-  const std::vector<Atlas::Submap> submaps{{0, &record}};
-  const std::vector<PlacedAnchor> anchors{{0, {}}, {7, {}}};
-  atlas.add(anchors, submaps);
-  EXPECT_EQ(atlas.map().used(), 0u);
-  EXPECT_EQ(atlas.counters().blocks_unplaced, 1u);
+  for (int i = 0; i < Voxel::kMaxWeight / 255; ++i) atlas.add({{}, submaps});
+  EXPECT_TRUE(atlas.exact());
+  atlas.add({{}, submaps});
+  EXPECT_FALSE(atlas.exact());
+  atlas.clear();
+  EXPECT_TRUE(atlas.exact());
 }
 
 TEST(Atlas, SumsWhatRobotsSawOfOneVoxel) {
@@ -230,7 +268,9 @@ TEST(Atlas, LeavesOutUnlikeVoxelSizesAndCountsAFullMap) {
   AtlasConfig small;
   small.map.budget_bytes = 1 << 20;
   Atlas full(small);
+  EXPECT_TRUE(full.exact());
   Source(records).add_to(full);
+  EXPECT_FALSE(full.exact());
   EXPECT_EQ(full.map().used(), full.map().capacity());
   EXPECT_GT(full.map().counters().blocks_refused, 0u);
 }

@@ -19,7 +19,7 @@ struct DecisionTest : testing::Test {
   TeamLog log{c.id(), 1};
   Presence presence{c.id(), 100s};
   Decision decision{10s};
-  TeamSolver solver;
+  TeamSolver solver{MapParameters{}};
   SolutionRecord right;
 
   void take(const RecordPtr& record) { ASSERT_TRUE(log.apply(record, kStart).ok()); }
@@ -32,7 +32,7 @@ struct DecisionTest : testing::Test {
       author->finish();
       for (const auto& record : author->written()) take(record);
     }
-    right = solve_team(log, log.robots());
+    right = solve_team(log, log.chains());
   }
   // Everybody but the silent has just been heard.
   Agreement at(Duration by, const std::set<RobotId>& silent = {}) {
@@ -47,7 +47,7 @@ struct DecisionTest : testing::Test {
 TEST_F(DecisionTest, TheLowestOfTheMapDecides) {
   EXPECT_EQ(decision.decider(at(1s)), a.id());
   take(b.solution(right));
-  take(evil.solution({evil.id(), {{evil.id(), 1, {}}}, 0, 0}));
+  take(evil.solution({evil.chain(), {{evil.chain(), {}}}, 0, 0, {}}));
   EXPECT_FALSE(decision.made(at(1s), solver));
   take(a.solution(right));
   EXPECT_TRUE(decision.made(at(1s), solver));
@@ -56,7 +56,7 @@ TEST_F(DecisionTest, TheLowestOfTheMapDecides) {
 TEST_F(DecisionTest, WhatTheLinksDoNotSayIsNoDecision) {
   SolutionRecord wrong = right;
   for (auto& solved : wrong.robots)
-    if (solved.robot != wrong.reference) solved.anchors[1].T_map_anchor.t_10um[1] += 2000;
+    if (solved.chain != wrong.reference) solved.anchors[1].T_map_anchor.t_10um[1] += 2000;
   take(a.solution(wrong));
   EXPECT_FALSE(decision.made(at(1s), solver));
 }
@@ -81,6 +81,26 @@ TEST_F(DecisionTest, WhoDoesNotDecideIsPassedOverAfterAWhile) {
   EXPECT_FALSE(decision.look(at(30s), true, solver, kStart + 30s)) << "it has been decided";
   EXPECT_FALSE(decision.look(at(31s), false, solver, kStart + 31s));
   EXPECT_EQ(decision.decider(at(31s)), a.id()) << "when all begins again, so does its turn";
+}
+
+// While robots map a solution is looked at once; what was refuted is looked at again after a while.
+TEST_F(DecisionTest, WhileRobotsMapASolutionIsLookedAtOnce) {
+  take(a.keyframe());  // one more than it promised, so that the pairs are not verified
+  ASSERT_FALSE(at(1s).ready());
+  SolutionRecord wrong = right;
+  for (auto& solved : wrong.robots)
+    if (solved.chain != wrong.reference) solved.anchors[1].T_map_anchor.t_10um[1] += 2000;
+  take(a.solution(wrong));
+  EXPECT_FALSE(decision.made(at(1s), solver));
+  const std::uint64_t solved = solver.solved();
+  EXPECT_FALSE(decision.made(at(2s), solver));
+  EXPECT_EQ(solver.solved(), solved);
+  take(a.solution(right));
+  EXPECT_EQ(decision.made(at(2s), solver), log.find(a.id()));
+  const std::uint64_t once = solver.solved();
+  take(a.keyframe());
+  EXPECT_TRUE(decision.made(at(3s), solver));
+  EXPECT_EQ(solver.solved(), once);
 }
 
 TEST_F(DecisionTest, ThisRobotItselfIsNotPassedOver) {

@@ -23,7 +23,7 @@ struct LinkTable : testing::Test {
     take(a);
     take(b);
   }
-  const LinkRecord* between() const { return link_between(log, a.id(), b.id()); }
+  const LinkRecord* between() const { return link_between(log, log.present(a.id()), log.present(b.id())); }
 };
 
 TEST_F(LinkTable, TheLastLinkOfTheLowerRobotCounts) {
@@ -32,7 +32,7 @@ TEST_F(LinkTable, TheLastLinkOfTheLowerRobotCounts) {
   take(a.link(link_of("a", "b", 70)));
   ASSERT_NE(between(), nullptr);
   EXPECT_EQ(between()->inliers, 70u);
-  EXPECT_EQ(link_between(log, b.id(), a.id()), between()) << "a pair has no order";
+  EXPECT_EQ(link_between(log, b.chain(), a.chain()), between()) << "a pair has no order";
   EXPECT_TRUE(covers(*between(), *log.find(a.id()), *log.find(b.id())));
   EXPECT_EQ(counting_links(log).size(), 1u);
 }
@@ -65,8 +65,25 @@ TEST_F(LinkTable, LinksNameTheLivesThatTheyAreOf) {
   take(a.link(again));
   ASSERT_NE(between(), nullptr);
   EXPECT_EQ(between()->inliers, 80u);
+  EXPECT_EQ(link_between(log, a.chain(), b.chain())->inliers, 50u) << "the former life keeps its own";
+  EXPECT_EQ(counting_links(log).size(), 2u);
   take(test::small_robot("a", 2));
   EXPECT_EQ(between(), nullptr);
+  EXPECT_EQ(counting_links(log).size(), 2u);
+}
+
+TEST_F(LinkTable, TwoLivesOfOneRobotAreLinkedByTheLater) {
+  Author again = test::small_robot("a", 2);
+  LinkRecord link = link_of("a", "a", 60);
+  take(again);
+  take(again.link(link));
+  const ChainId first = a.chain(), second = again.chain();
+  ASSERT_NE(link_between(log, first, second), nullptr);
+  EXPECT_EQ(link_between(log, first, second)->inliers, 60u);
+  ASSERT_EQ(counting_links(log).size(), 1u);
+  EXPECT_EQ(counting_links(log)[0].a, first);
+  EXPECT_EQ(counting_links(log)[0].b, second);
+  EXPECT_EQ(counting_loops(log).size(), 3u) << "and each has its own loops";
 }
 
 TEST_F(LinkTable, RobotsThatDoNotCountHaveNoLinks) {
@@ -74,7 +91,7 @@ TEST_F(LinkTable, RobotsThatDoNotCountHaveNoLinks) {
   take(mute.keyframe());
   LinkRecord link = link_of("a", "c");
   take(a.link(link));
-  EXPECT_NE(link_between(log, a.id(), mute.id()), nullptr);
+  EXPECT_NE(link_between(log, a.chain(), mute.chain()), nullptr);
   EXPECT_TRUE(counting_links(log).empty()) << "c has not greeted";
 }
 

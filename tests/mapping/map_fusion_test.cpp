@@ -12,22 +12,31 @@ using test::Author;
 
 bool never() { return false; }
 
-SolutionRecord of(const std::vector<RobotId>& robots) {
-  SolutionRecord out{robots[0], {}, 0, 0};
-  for (const RobotId& robot : robots) out.robots.push_back({robot, 1, {}});
+SolutionRecord of(const std::vector<ChainId>& chains) {
+  SolutionRecord out{chains[0], {}, 0, 0, {}};
+  for (const ChainId& chain : chains) out.robots.push_back({chain, {}});
   return out;
 }
 
 struct MapFusionTest : testing::Test {
   TeamLog log{RobotId::from_name("self"), 1};
-  AtlasConfig config;
-  MapFusionTest() { config.map.budget_bytes = 4u << 20; }
+  std::size_t budget_bytes = 4u << 20;
   void take(const Author& author) {
     for (const auto& record : author.written()) ASSERT_TRUE(log.apply(record, Instant{}).ok());
   }
-  void fuse(MapFusion& fusion, const SolutionRecord& solution) {
-    fusion.begin(solution);
-    while (fusion.underway()) ASSERT_TRUE(fusion.add(*log.find(fusion.next()), never));
+  MapTarget all(const SolutionRecord& solution) const { return {solution, everything_here(log, solution)}; }
+  void finish(MapFusion& fusion) const {
+    while (fusion.underway()) ASSERT_TRUE(fusion.step(never));
+  }
+  void fuse(MapFusion& fusion, const SolutionRecord& solution) const {
+    fusion.aim(log, all(solution));
+    finish(fusion);
+  }
+  std::uint64_t fresh(const MapTarget& target) const {
+    MapFusion fusion(budget_bytes);
+    fusion.aim(log, target);
+    finish(fusion);
+    return fusion.digest();
   }
 };
 
@@ -45,57 +54,140 @@ TEST_F(MapFusionTest, KnowsWhatWentIn) {
   Author a = test::small_robot("a"), b = test::small_robot("b");
   take(a);
   take(b);
-  MapFusion fusion(config);
-  EXPECT_FALSE(fusion.complete(log));
+  const SolutionRecord solution = of({a.chain(), b.chain()});
+  MapFusion fusion(budget_bytes);
+  EXPECT_FALSE(fusion.done());
   EXPECT_EQ(fusion.map(), nullptr);
-  fuse(fusion, of({a.id(), b.id()}));
+  fuse(fusion, solution);
   EXPECT_EQ(fusion.submaps(), 2u);
-  EXPECT_TRUE(fusion.complete(log));
+  EXPECT_TRUE(fusion.at(all(solution)));
   ASSERT_NE(fusion.map(), nullptr);
   EXPECT_GT(fusion.map()->used(), 0u);
+  const MapTarget before = all(solution);
   a.submap({5, 5, 5});
   ASSERT_TRUE(log.apply(a.written().back(), Instant{}).ok());
-  EXPECT_FALSE(fusion.complete(log)) << "more of a came";
-  EXPECT_FALSE(fusion.outdated(log));
-  take(test::small_robot("b", 2));
-  EXPECT_TRUE(fusion.outdated(log)) << "b began a new life";
+  EXPECT_FALSE(fusion.at(all(solution))) << "more of a came";
+  EXPECT_TRUE(fusion.at(before)) << "and the map is still what it was";
+}
+
+// By whatever detours: the map of a target is one.
+TEST_F(MapFusionTest, TheMapIsAFunctionOfItsTarget) {
+  Author a = test::small_robot("a"), b = test::small_robot("b");
+  for (int i = 1; i < 6; ++i) {
+    a.submap({i, 0, 0});
+    b.submap({i % 3, i % 2, 0}, static_cast<std::uint8_t>(20 * i));
+  }
+  take(a);
+  take(b);
+  const SolutionRecord solution = of({a.chain(), b.chain()});
+  SolutionRecord bent = solution;
+  bent.robots[1].anchors = {{0, {{1234, 777, 4321}}}};
+  std::vector<MapTarget> targets;
+  for (const SolutionRecord& s : {solution, bent})
+    for (const std::uint32_t n : {1u, 3u, 6u})
+      targets.push_back({s, {{a.chain(), 3, n}, {b.chain(), 3, 7 - n}}});
+  MapFusion fusion(budget_bytes);
+  for (const std::size_t next : {0u, 2u, 1u, 5u, 3u, 0u, 4u, 4u, 2u}) {
+    fusion.aim(log, targets[next]);
+    finish(fusion);
+    EXPECT_TRUE(fusion.at(targets[next]));
+    EXPECT_EQ(fusion.digest(), fresh(targets[next])) << next;
+  }
+}
+
+TEST_F(MapFusionTest, OnlyWhatChangedIsFusedAgain) {
+  Author a = test::small_robot("a"), b = test::small_robot("b");
+  take(a);
+  take(b);
+  const SolutionRecord solution = of({a.chain(), b.chain()});
+  MapFusion fusion(budget_bytes);
+  fuse(fusion, solution);
+  EXPECT_EQ(fusion.submaps_fused(), 2u);
+  a.submap({5, 5, 5});
+  ASSERT_TRUE(log.apply(a.written().back(), Instant{}).ok());
+  fuse(fusion, solution);
+  EXPECT_EQ(fusion.submaps_fused(), 3u);
+  fuse(fusion, solution);
+  EXPECT_EQ(fusion.submaps_fused(), 3u);
+}
+
+// Which blocks find no room follows from the target, not from what was there before.
+TEST_F(MapFusionTest, AFullMapIsTheSameByAnyWay) {
+  budget_bytes = 200u << 10;
+  Author a("a"), b("b");
+  for (Author* author : {&a, &b}) {
+    author->hello();
+    author->keyframe();
+  }
+  for (int i = 0; i < 20; ++i) {
+    a.submap({i, 0, 0});
+    b.submap({i, 1, 0});
+  }
+  take(a);
+  take(b);
+  const SolutionRecord solution = of({a.chain(), b.chain()});
+  const MapTarget full{solution, {{a.chain(), 1, 20}, {b.chain(), 1, 20}}}, small{solution, {{b.chain(), 1, 3}}};
+  MapFusion fusion(budget_bytes);
+  for (const MapTarget* target : {&small, &full, &small, &full}) {
+    fusion.aim(log, *target);
+    finish(fusion);
+    EXPECT_EQ(fusion.digest(), fresh(*target));
+    EXPECT_EQ(fusion.map()->counters().blocks_refused > 0, target == &full);
+  }
+}
+
+// The solution says what the map is like, whoever makes it.
+TEST_F(MapFusionTest, ParametersAreTheSolutions) {
+  Author a = test::small_robot("a");
+  take(a);
+  SolutionRecord coarse = of({a.chain()});
+  MapFusion fusion(budget_bytes);
+  fuse(fusion, coarse);
+  coarse.map = {40'000, 120'000, 3};
+  fuse(fusion, coarse);
+  EXPECT_EQ(fusion.map()->config().voxel_um(), 40'000);
+  EXPECT_EQ(fusion.map()->capacity(), 3u);
+  budget_bytes *= 2;
+  EXPECT_EQ(fusion.digest(), fresh(all(coarse)));
 }
 
 TEST_F(MapFusionTest, DoesNothingByHalvesWhenStopped) {
   Author a = test::small_robot("a");
   for (int i = 1; i < 5; ++i) a.submap({i, 0, 0});
   take(a);
-  MapFusion fusion(config), undisturbed(config);
-  fusion.begin(of({a.id()}));
+  MapFusion fusion(budget_bytes);
+  fusion.aim(log, all(of({a.chain()})));
   int asked = 0;
-  EXPECT_FALSE(fusion.add(*log.find(a.id()), [&] { return ++asked == 3; }));
+  EXPECT_FALSE(fusion.step([&] { return ++asked == 3; }));
   EXPECT_TRUE(fusion.underway());
-  ASSERT_TRUE(fusion.add(*log.find(a.id()), never));
-  fuse(undisturbed, of({a.id()}));
-  EXPECT_EQ(fusion.digest(), undisturbed.digest());
+  finish(fusion);
+  EXPECT_EQ(fusion.digest(), fresh(all(of({a.chain()}))));
 }
 
-// One robot's records may decode to gigabytes: no more is decoded than the global map's own budget; the newest count.
+// One place's records may decode to gigabytes: no more is decoded than half the global map's budget; the newest count.
 TEST_F(MapFusionTest, DecodesNoMoreThanItsBudget) {
   Author bomb("a");
   bomb.hello();
+  bomb.keyframe();
   for (int i = 0; i < 40; ++i) bomb.write(Lane::voxels, RecordKind::submap, large(i));
   take(bomb);
-  const std::size_t most = config.map.budget_bytes / sizeof(SubmapBlock);
-  MapFusion fusion(config);
-  fuse(fusion, of({bomb.id()}));
+  const std::size_t most = budget_bytes / 2 / sizeof(SubmapBlock);
+  ASSERT_GE(most, 512u);
+  MapFusion fusion(budget_bytes);
+  fuse(fusion, of({bomb.chain()}));
   EXPECT_EQ(fusion.submaps_left_out(), 40 - most / 512);
-  EXPECT_TRUE(fusion.complete(log)) << "what is left out is not waited for";
+  EXPECT_TRUE(fusion.done()) << "what is left out is not waited for";
 }
 
 TEST_F(MapFusionTest, ABlockThatIsPublishedAgainCostsNothingMore) {
   Author author("a");
   author.hello();
+  author.keyframe();
   for (int i = 0; i < 30; ++i) author.write(Lane::voxels, RecordKind::submap, large(0));
   take(author);
-  config.map.budget_bytes = 1024 * sizeof(SubmapBlock);
-  MapFusion fusion(config);
-  fuse(fusion, of({author.id()}));
+  budget_bytes = 2048 * sizeof(SubmapBlock);
+  MapFusion fusion(budget_bytes);
+  fuse(fusion, of({author.chain()}));
   EXPECT_EQ(fusion.submaps_left_out(), 0u);
 }
 
@@ -105,14 +197,14 @@ TEST_F(MapFusionTest, TellsWhichRecordsAreMalformedInside) {
   broken.blocks[0].voxels[7] = {2 * kTsdfOne, 1, {}};
   const RecordPtr record = a.write(Lane::voxels, RecordKind::submap, broken);
   take(a);
-  MapFusion fusion(config);
-  fuse(fusion, of({a.id()}));
+  MapFusion fusion(budget_bytes);
+  fuse(fusion, of({a.chain()}));
   const auto malformed = fusion.take_malformed();
   ASSERT_EQ(malformed.size(), 1u);
   EXPECT_EQ(malformed[0].id, record->id);
   EXPECT_THAT(malformed[0].reason, testing::HasSubstr("blocks.voxels"));
   EXPECT_GT(fusion.map()->used(), 0u) << "the others went in";
-  EXPECT_TRUE(fusion.complete(log));
+  EXPECT_TRUE(fusion.done());
 }
 
 // A map 21 km away with blocks at the ends of what can be said costs what any other costs.
@@ -130,9 +222,9 @@ TEST_F(MapFusionTest, FarPlacesCostNoMore) {
   near.submap();
   take(near);
   take(far);
-  SolutionRecord solution = of({near.id(), far.id()});
+  SolutionRecord solution = of({near.chain(), far.chain()});
   solution.robots[1].anchors = {{0, {{2147483647, -2147483647, 2147483647}}}};
-  MapFusion fusion(config);
+  MapFusion fusion(budget_bytes);
   fuse(fusion, solution);
   EXPECT_LE(fusion.map()->used(), fusion.map()->capacity());
   EXPECT_GT(fusion.map()->used(), 64u);

@@ -1,4 +1,5 @@
 #include "mapping/records/finished.hpp"
+#include "mapping/records/frontier.hpp"
 #include "mapping/records/hello.hpp"
 #include "mapping/records/keyframe.hpp"
 #include "mapping/records/kind.hpp"
@@ -108,14 +109,26 @@ SolutionRecord random_solution(Random& random) {
   const auto n = random.integer(1, 9);
   for (int i = 1; i <= n; ++i) {
     SolvedRobot& solved = out.robots.emplace_back();
-    solved.robot = RobotId::from_name("robot" + std::to_string(i));
-    solved.incarnation = random.next();
+    solved.chain = {RobotId::from_name("robot" + std::to_string(i)), random.next()};
     for (std::uint32_t anchor = 0; anchor < 5; ++anchor)
       if (random.integer(0, 1) == 0) solved.anchors.push_back({anchor, random_pose(random)});
   }
-  out.reference = out.robots[static_cast<std::size_t>(random.integer(0, n - 1))].robot;
+  out.reference = out.robots[static_cast<std::size_t>(random.integer(0, n - 1))].chain;
   out.links_used = static_cast<std::uint32_t>(random.next());
   out.links_refused = static_cast<std::uint32_t>(random.next());
+  out.map.voxel_um = static_cast<std::int32_t>(random.integer(1000, 1'000'000));
+  out.map.truncation_um = static_cast<std::int32_t>(random.integer(1, 100)) * out.map.voxel_um;
+  out.map.blocks = static_cast<std::uint32_t>(random.integer(1, 1 << 24));
+  return out;
+}
+
+FrontierRecord random_frontier(Random& random) {
+  FrontierRecord out;
+  out.solution = random.next();
+  for (auto n = random.integer(0, 9); n > 0; --n)
+    out.chains.push_back({{RobotId::from_name("robot" + std::to_string(9 - n)), random.next()},
+                          static_cast<std::uint32_t>(random.next()),
+                          static_cast<std::uint32_t>(random.next())});
   return out;
 }
 
@@ -151,6 +164,7 @@ const Codec kCodecs[] = {
     {"submap", sample<random_submap>, again<decode_submap>},
     {"link", sample<random_link>, again<decode_link>},
     {"solution", sample<random_solution>, again<decode_solution>},
+    {"frontier", sample<random_frontier>, again<decode_frontier>},
     {"finished", sample<random_finished>, again<decode_finished>},
 };
 
@@ -270,8 +284,17 @@ TEST(Records, NamesTheFieldThatBreaksABound) {
     trajectory.poses[i].time = frame_time_from_ns(static_cast<std::int64_t>(i));
   expect_refused(decode_trajectory(encode(trajectory)), "poses");
   SolutionRecord solution = random_solution(random);
-  solution.reference = RobotId::from_name("stranger");
+  solution.reference = {RobotId::from_name("stranger"), 1};
   expect_refused(decode_solution(encode(solution)), "reference");
+  solution = random_solution(random);
+  solution.map.voxel_um = 999;
+  expect_refused(decode_solution(encode(solution)), "map.voxel_um");
+  solution.map = {20'000, 19'999, 5};
+  expect_refused(decode_solution(encode(solution)), "map.truncation_um");
+  solution.map = {20'000, 60'000, 0};
+  expect_refused(decode_solution(encode(solution)), "map.blocks");
+  FrontierRecord frontier{1, {{{RobotId::from_name("a"), 2}, 1, 1}, {{RobotId::from_name("a"), 1}, 1, 1}}};
+  expect_refused(decode_frontier(encode(frontier)), "chains: not sorted");
   SubmapRecord submap;
   while (submap.blocks.size() < 2) submap = random_submap(random);
   std::swap(submap.blocks[0], submap.blocks[1]);
@@ -298,11 +321,11 @@ TEST(Records, RefuseRobotsThatHaveNoValidName) {
     link.a = RobotId::from_name("-");
     if (link.a < link.b) expect_refused(decode_link(encode(link)), "record, b: no robot's name");
     SolutionRecord solution = random_solution(random);
-    solution.reference = RobotId::from_name(name);
+    solution.reference = {RobotId::from_name(name), 1};
     expect_refused(decode_solution(encode(solution)), "reference: no robot's name");
     solution = random_solution(random);
-    solution.robots.insert(solution.robots.begin(), {RobotId::from_name(name), 0, {}});
-    expect_refused(decode_solution(encode(solution)), "robots.robot: no robot's name");
+    solution.robots.insert(solution.robots.begin(), SolvedRobot{{RobotId::from_name(name), 0}, {}});
+    expect_refused(decode_solution(encode(solution)), "robots.chain: no robot's name");
   }
   LinkRecord hidden = random_link(random);
   hidden.b.bytes[15] = 'x';  // behind the zero that ends the name
@@ -324,14 +347,14 @@ TEST(Records, LinksClaimNoMoreThanTheirPairsCanHave) {
 
 TEST(Records, ASolutionsAnchorsAndReferenceAreInOrder) {
   SolutionRecord solution;
-  solution.reference = RobotId::from_name("a");
-  solution.robots.push_back({solution.reference, 1, {{0, {}}, {4, {}}}});
+  solution.reference = {RobotId::from_name("a"), 1};
+  solution.robots.push_back({solution.reference, {{0, {}}, {4, {}}}});
   EXPECT_TRUE(decode_solution(encode(solution)).ok());
   solution.robots[0].anchors[1].keyframe = 0;
   expect_refused(decode_solution(encode(solution)), "robots.anchors");
   solution.robots[0].anchors.clear();
   EXPECT_TRUE(decode_solution(encode(solution)).ok());
-  solution.reference = RobotId::from_name("b");
+  solution.reference = {RobotId::from_name("a"), 2};
   expect_refused(decode_solution(encode(solution)), "not among the robots");
 }
 
@@ -354,8 +377,14 @@ TEST(Records, ALinksPairsAreInOrderAndOfTheRobotsThatItJoins) {
   link.b = link.a;
   link.pairs = {{1, 3, 60, {}}};
   EXPECT_TRUE(decode_link(encode(link)).ok()) << "one robot's own loop";
-  refused([](LinkRecord& l) { l.pairs[0].keyframe_b = 1; }, "not of two keyframes");
-  refused([](LinkRecord& l) { l.T_a_b.t_10um[0] = 1; }, "not the identity");
+  EXPECT_TRUE(check_own_loops(link).ok());
+  LinkRecord changed = link;
+  changed.pairs[0].keyframe_b = 1;
+  EXPECT_THAT(check_own_loops(changed).error().text(), testing::HasSubstr("not of two keyframes"));
+  EXPECT_TRUE(decode_link(encode(changed)).ok()) << "of two lives it may be";
+  changed = link;
+  changed.T_a_b.t_10um[0] = 1;
+  EXPECT_THAT(check_own_loops(changed).error().text(), testing::HasSubstr("not the identity"));
 }
 
 // What a submap will cost is known from its first bytes, and a lie about it is refused before anything is taken.

@@ -19,12 +19,12 @@ struct TeamGraphTest : testing::Test {
   void take(const Author& author) {
     for (const auto& record : author.written()) take(record);
   }
-  SolutionRecord solve(const SolutionRecord* in_use = nullptr) const { return solve_team(log, log.robots(), in_use); }
+  SolutionRecord solve(const SolutionRecord* in_use = nullptr) const { return solve_team(log, log.chains(), in_use); }
 };
 
 std::vector<std::string> names(const SolutionRecord& solution) {
   std::vector<std::string> out;
-  for (const SolvedRobot& robot : solution.robots) out.push_back(robot.robot.name());
+  for (const SolvedRobot& robot : solution.robots) out.push_back(robot.chain.robot.name());
   return out;
 }
 
@@ -38,7 +38,7 @@ TEST_F(TeamGraphTest, LinksPutRobotsIntoOneFrame) {
   for (const Author* author : {&a, &b, &c, &d}) take(*author);
   const SolutionRecord solution = solve();
   EXPECT_EQ(names(solution), (std::vector<std::string>{"a", "b", "c"}));
-  EXPECT_EQ(solution.reference, b.id()) << "with the most and best matches";
+  EXPECT_EQ(solution.reference, b.chain()) << "with the most and best matches";
   EXPECT_EQ(solution.links_used, 18u);
   ASSERT_EQ(solution.robots[2].anchors.size(), 3u);
   for (std::uint32_t i = 0; i < 3; ++i) {
@@ -94,7 +94,7 @@ TEST_F(TeamGraphTest, ASolutionInUseIsKeptWhileItIsRight) {
   take(b);
   const SolutionRecord cold = solve();
   SolutionRecord in_use = cold;
-  in_use.reference = b.id();
+  in_use.reference = b.chain();
   for (PlacedAnchor& anchor : in_use.robots[0].anchors) anchor.T_map_anchor.t_10um[2] += 300;  // three millimetres
   const SolutionRecord warm = solve(&in_use);
   EXPECT_EQ(encode(warm), encode(in_use)) << "its reference too, although the other one would be chosen";
@@ -115,8 +115,8 @@ TEST_F(TeamGraphTest, NobodyChoosesAnotherFrame) {
     for (PlacedAnchor& anchor : robot.anchors) anchor.T_map_anchor.t_10um[0] += 100'000;
   EXPECT_EQ(encode(solve(&elsewhere)), encode(cold));
   SolutionRecord nobody = cold;
-  nobody.reference = RobotId::from_name("zz");
-  nobody.robots.push_back({nobody.reference, 1, {}});
+  nobody.reference = {RobotId::from_name("zz"), 1};
+  nobody.robots.push_back({nobody.reference, {}});
   EXPECT_EQ(encode(solve(&nobody)), encode(cold));
 }
 
@@ -128,9 +128,8 @@ TEST_F(TeamGraphTest, RobotsWithoutKeyframesAreNoMapButTheFirst) {
   take(b);
   take(a);
   const SolutionRecord solution = solve();
-  EXPECT_EQ(solution.reference, a.id());
+  EXPECT_EQ(solution.reference, a.chain());
   EXPECT_EQ(names(solution), (std::vector<std::string>{"a"}));
-  EXPECT_EQ(solution.robots[0].incarnation, 1u);
 }
 
 // What links claim of keyframes that nobody has, or that hang on no anchor, changes nothing.
@@ -148,7 +147,7 @@ TEST_F(TeamGraphTest, LinksOfUnknownKeyframesAreLeftOut) {
   a.link(link);
   take(a);
   take(b);
-  EXPECT_EQ(team_graph(log, log.robots()).links().size(), 9u);
+  EXPECT_EQ(team_graph(log, log.chains()).links().size(), 9u);
   EXPECT_EQ(solve().robots.size(), 2u);
 }
 
@@ -168,7 +167,7 @@ TEST_F(TeamGraphTest, AnchorsThatTheSolutionDoesNotHaveHangOnTheOneBefore) {
   }
   take(a.keyframe());
   EXPECT_EQ(placed_anchors(*log.find(a.id()), solved).size(), 4u) << "new ones too";
-  solved.incarnation = 2;
+  solved.chain.incarnation = 2;
   EXPECT_TRUE(placed_anchors(*log.find(a.id()), solved).empty()) << "of another life";
 }
 

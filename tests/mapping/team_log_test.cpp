@@ -15,16 +15,42 @@ using testing::HasSubstr;
 constexpr Instant kNow{};
 const RobotId kSelf = RobotId::from_name("self");
 
-TEST(TeamLog, ANewerLifeReplacesTheEarlierInAnyOrder) {
+TEST(TeamLog, EachLifeIsAChainAndTheNewestIsThePresentOne) {
   const Author first = test::small_robot("a", 1), second = test::small_robot("a", 2);
   TeamLog in_order(kSelf, 1), reversed(kSelf, 1);
-  for (const auto& record : first.written()) EXPECT_TRUE(*in_order.apply(record, kNow));
-  for (const auto& record : second.written()) EXPECT_TRUE(*in_order.apply(record, kNow));
-  for (const auto& record : second.written()) EXPECT_TRUE(*reversed.apply(record, kNow));
-  for (const auto& record : first.written()) EXPECT_FALSE(*reversed.apply(record, kNow)) << "of an earlier life";
+  for (const Author* author : {&first, &second})
+    for (const auto& record : author->written()) EXPECT_TRUE(*in_order.apply(record, kNow));
+  for (const Author* author : {&second, &first})
+    for (const auto& record : author->written()) EXPECT_TRUE(*reversed.apply(record, kNow));
   for (const TeamLog* log : {&in_order, &reversed}) {
+    EXPECT_THAT(log->chains(), testing::ElementsAre(first.chain(), second.chain()));
+    EXPECT_THAT(log->robots(), testing::ElementsAre(first.id()));
+    EXPECT_EQ(log->present(first.id()), second.chain());
     EXPECT_EQ(log->find(first.id())->incarnation, 2u);
-    EXPECT_EQ(log->find(first.id())->keyframes.size(), 3u);
+    EXPECT_EQ(log->find(first.chain())->keyframes.size(), 3u) << "an earlier life keeps its worth";
+  }
+}
+
+TEST(TeamLog, ALifeThatALaterOneRepeatsDoesNotCount) {
+  const Author first = test::small_robot("a", 1);
+  Author second("a", 2);
+  second.write(Lane::control, RecordKind::hello, HelloRecord{"a", "", 1});
+  TeamLog log(kSelf, 1);
+  for (const auto& record : first.written()) EXPECT_TRUE(*log.apply(record, kNow));
+  EXPECT_THAT(log.chains(), testing::ElementsAre(first.chain()));
+  for (const auto& record : second.written()) EXPECT_TRUE(*log.apply(record, kNow));
+  EXPECT_THAT(log.chains(), testing::ElementsAre(second.chain()));
+}
+
+TEST(TeamLog, OfTooManyLivesTheNewestCountInAnyOrder) {
+  for (const bool falling : {false, true}) {
+    TeamLog log(kSelf, 1);
+    const std::uint64_t lives = TeamLog::kMaxLives + 3;
+    for (std::uint64_t i = 1; i <= lives; ++i)
+      EXPECT_TRUE(log.apply(Author("a", falling ? lives + 1 - i : i).hello(), kNow).ok());
+    ASSERT_EQ(log.chains().size(), TeamLog::kMaxLives);
+    EXPECT_EQ(log.chains().front().incarnation, 4u);
+    EXPECT_EQ(log.chains().back().incarnation, lives);
   }
 }
 
@@ -36,8 +62,9 @@ TEST(TeamLog, NobodyElseWritesForThisRobot) {
     ASSERT_FALSE(taken.ok());
     EXPECT_THAT(taken.error().text(), HasSubstr("in this robot's own name"));
   }
-  EXPECT_FALSE(*log.apply(test::small_robot("self", 4).written()[0], kNow))
+  EXPECT_TRUE(*log.apply(test::small_robot("self", 4).written()[0], kNow))
       << "an earlier life of its own is no forgery";
+  EXPECT_EQ(log.chains().size(), 2u);
   EXPECT_EQ(log.find(kSelf)->incarnation, 5u);
   EXPECT_EQ(log.find(kSelf)->keyframes.size(), 3u);
 }
@@ -47,7 +74,7 @@ TEST(TeamLog, ThisRobotItselfBeginsANewLife) {
   for (const auto& record : test::small_robot("self", 5).written()) EXPECT_TRUE(*log.apply(record, kNow));
   log.begin_life(9);
   EXPECT_EQ(log.find(kSelf), nullptr);
-  EXPECT_FALSE(*log.apply(test::small_robot("self", 5).written()[0], kNow));
+  EXPECT_FALSE(*log.apply(test::small_robot("self", 5).written()[0], kNow)) << "it is repeated";
   for (const auto& record : test::small_robot("self", 9).written()) EXPECT_TRUE(*log.apply(record, kNow));
   EXPECT_EQ(log.find(kSelf)->incarnation, 9u);
 }
@@ -73,7 +100,7 @@ TEST(TeamLog, ATeamHasABoundedNumberOfRobots) {
   ASSERT_FALSE(taken.ok());
   EXPECT_THAT(taken.error().text(), HasSubstr("one robot more"));
   EXPECT_TRUE(*log.apply(Author("r7", 2).hello(), kNow)) << "a known one may start anew";
-  EXPECT_EQ(log.members().size(), TeamLog::kMaxRobots);
+  EXPECT_EQ(log.robots().size(), TeamLog::kMaxRobots);
 }
 
 TEST(TeamLog, RemembersWhenARobotsLastRecordCame) {

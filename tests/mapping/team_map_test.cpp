@@ -50,11 +50,11 @@ TEST(TeamMap, ARobotWithoutLinksStaysOutAndIsStillListed) {
   EXPECT_EQ(robot.view().robots_known, 3u);
   EXPECT_EQ(robot.view().robots_finished, 3u);
   EXPECT_EQ(robot.view().robots_in_map, 2u);
-  EXPECT_EQ(robot.map().members().at(stranger().id()).name, "robot3");
-  EXPECT_FALSE(robot.map().members().at(stranger().id()).trajectory().empty());
-  const auto solution = robot.map().solution();
-  ASSERT_TRUE(solution.has_value());
-  for (const auto& solved : solution->robots) EXPECT_NE(solved.robot, stranger().id());
+  EXPECT_EQ(robot.map().members().at(stranger().chain()).name, "robot3");
+  EXPECT_FALSE(robot.map().members().at(stranger().chain()).trajectory().empty());
+  const SolutionRecord* solution = robot.map().solution();
+  ASSERT_NE(solution, nullptr);
+  for (const auto& solved : solution->robots) EXPECT_NE(solved.chain, stranger().chain());
   for (const auto& link : robot.map().links())
     EXPECT_EQ(link.reason == LinkReason::accepted, link.b == second().id()) << link.b.name();
 }

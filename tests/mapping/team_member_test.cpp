@@ -76,8 +76,21 @@ TEST(TeamMember, WritesLinksOfItsOwnPairsOnly) {
   ASSERT_TRUE(of_b.apply(b.link(test::link_of("a", "b"))).ok());
   expect_refused(of_c, c.link(test::link_of("a", "b")), "not written by a robot of its pair");
   EXPECT_EQ(of_a.links.size(), 1u);
-  EXPECT_EQ(of_b.links.count(a.id()), 1u);
+  EXPECT_EQ(of_b.links.count({a.id(), 1}), 1u);
   EXPECT_TRUE(of_c.links.empty());
+}
+
+TEST(TeamMember, OwnLoopsAreOfTwoKeyframesEach) {
+  Author a("a", 2);
+  TeamMember member;
+  LinkRecord loops;
+  loops.a = loops.b = a.id();
+  loops.incarnation_other = 2;
+  loops.pairs = {{3, 3, 60, {}}};
+  expect_refused(member, a.link(loops), "not of two keyframes");
+  loops.incarnation_other = 1;
+  EXPECT_TRUE(member.apply(a.link(loops)).ok()) << "of two lives it may be";
+  EXPECT_EQ(member.links.count({a.id(), 1}), 1u);
 }
 
 TEST(TeamMember, KeepsABoundedNumberOfKeyframesAndLinks) {

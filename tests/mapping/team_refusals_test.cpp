@@ -73,14 +73,20 @@ TEST(TeamRefusals, AnEmptyMapIsNotSettledOnInSilence) {
 TEST(TeamRefusals, AFullGlobalMapIsSaid) {
   Author wide("a");
   wide.hello();
-  wide.keyframe();
-  for (int i = 0; i < 40; ++i) wide.submap({2 * i, 0, 0});
+  for (int i = 0; i < 2; ++i) wide.keyframe();
+  for (int i = 0; i < 40; ++i) wide.submap({2 * i, 0, 0}, 9, i % 2);
+  LinkRecord loops;
+  loops.a = loops.b = wide.id();
+  loops.incarnation_other = 1;
+  loops.keyframes_a = loops.keyframes_b = 2;
+  loops.reason = LinkReason::too_few_matches;
+  wide.link(loops);
   wide.finish();
   TeamMapConfig config;
   config.atlas.map.budget_bytes = 200'000;
   TeamMap map(wide.id(), 1, config);
   for (const RecordPtr& record : wide.written()) map.apply(record, kNow);
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 9; ++i) {
     map.step(kNow);
     for (const TeamRecord& record : map.take_records())
       map.apply(wide.write(record.lane, static_cast<std::uint16_t>(record.kind), record.body), kNow);

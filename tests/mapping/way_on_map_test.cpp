@@ -30,7 +30,7 @@ struct WayOnMap : testing::Test {
     for (int i = 0; i <= 8; ++i) poses.poses.push_back({at(0.5 * i), {}});
     a.write(Lane::poses, RecordKind::trajectory, poses);
     for (const auto& record : a.written()) ASSERT_TRUE(log.apply(record, Instant{}).ok());
-    solved = {a.id(), 1, {{0, {}}, {1, {}}}};
+    solved = {a.chain(), {{0, {}}, {1, {}}}};
     solved.anchors[1].T_map_anchor.t_10um[0] = 1000;  // the map has the second a centimetre on
   }
   const TeamMember& member() const { return *log.find(a.id()); }
@@ -51,7 +51,7 @@ TEST_F(WayOnMap, KeyframesAndThePresentGoWithTheirAnchors) {
 }
 
 TEST_F(WayOnMap, OfAnotherLifeOrWithoutAnchorsThereIsNone) {
-  solved.incarnation = 2;
+  solved.chain.incarnation = 2;
   EXPECT_TRUE(way_on_map(member(), solved).empty());
   EXPECT_TRUE(keyframes_on_map(member(), solved).empty());
   EXPECT_EQ(correction_now(member(), solved), QuantizedPose{});
@@ -59,7 +59,7 @@ TEST_F(WayOnMap, OfAnotherLifeOrWithoutAnchorsThereIsNone) {
   b.hello();
   b.pose(1);
   for (const auto& record : b.written()) ASSERT_TRUE(log.apply(record, Instant{}).ok());
-  EXPECT_TRUE(way_on_map(*log.find(b.id()), {b.id(), 1, {}}).empty());
+  EXPECT_TRUE(way_on_map(*log.find(b.id()), {b.chain(), {}}).empty());
 }
 
 }  // namespace

@@ -51,9 +51,9 @@ class Author {
     return write(mapping::Lane::features, mapping::RecordKind::keyframe, body);
   }
   // One block, all of it seen.
-  mapping::RecordPtr submap(const mapping::BlockKey& key = {}, std::uint8_t red = 9) {
+  mapping::RecordPtr submap(const mapping::BlockKey& key = {}, std::uint8_t red = 9, std::uint32_t anchor = 0) {
     ++submaps_;
-    mapping::SubmapRecord body{0, 20000, 60000, {{key, {}}}};
+    mapping::SubmapRecord body{anchor, 20000, 60000, {{key, {}}}};
     for (auto& voxel : body.blocks[0].voxels) voxel = {5, 1, {red, 1, 1}};
     return write(mapping::Lane::voxels, mapping::RecordKind::submap, body);
   }
@@ -78,6 +78,7 @@ class Author {
   const std::vector<mapping::RecordPtr>& written() const& { return written_; }
   std::vector<mapping::RecordPtr> written() && { return std::move(written_); }
   RobotId id() const { return id_; }
+  mapping::ChainId chain() const { return {id_, incarnation_}; }
   std::uint64_t incarnation() const { return incarnation_; }
 
  private:

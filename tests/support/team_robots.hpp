@@ -72,13 +72,19 @@ inline const Author& stranger() {
   return author;
 }
 
+inline AtlasConfig small_map() {
+  AtlasConfig out;
+  out.map.budget_bytes = 32u << 20;
+  return out;
+}
+
 // One robot of the team with nothing but its TeamMap; what it publishes goes into its log and back to it.
 class Robot {
  public:
   // The mapping that this robot did itself is taken over, so that what it publishes continues the logs.
   explicit Robot(Author author, Duration merge_while_mapping = Duration::zero()) : author_(std::move(author)) {
     TeamMapConfig config;
-    config.atlas.map.budget_bytes = 32u << 20;
+    config.atlas = small_map();
     config.merge_while_mapping = merge_while_mapping;
     config.lost_after = kLostAfter;
     map_.emplace(author_.id(), author_.incarnation(), config);
@@ -126,8 +132,8 @@ class Robot {
 
  private:
   void hear(Instant now, const std::set<RobotId>& silent) {
-    for (const auto& [robot, member] : map_->members())
-      if (!silent.contains(robot)) last_sign_[robot] = now;
+    for (const auto& [chain, member] : map_->members())
+      if (!silent.contains(chain.robot)) last_sign_[chain.robot] = now;
     map_->presence(last_sign_, {});
   }
   Author author_;

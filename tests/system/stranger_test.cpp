@@ -42,8 +42,8 @@ mapping::TrajectoryRecord five_poses() {
 
 mapping::SolutionRecord only(const RobotId& robot) {
   mapping::SolutionRecord record;
-  record.reference = robot;
-  record.robots.push_back({robot, 1'800'000'000'000'000'000u, {}});
+  record.reference = {robot, 1'800'000'000'000'000'000u};
+  record.robots.push_back({record.reference, {}});
   return record;
 }
 

@@ -29,7 +29,8 @@ struct Config {
   bool once = false;                            // finish when the stream is over and the team agrees
   Speed speed;
   double linger_s = 3;                // how long a finished robot still answers after all agree (once)
-  double merge_while_mapping_s = 10;  // at most so often maps are merged while robots map; 0: only at the end
+  double merge_while_mapping_s = 10;  // at most so often pairs are looked at while robots map; 0: only at the end
+  double map_interval_s = 1;          // at most so often the global map gets what is new while robots map
   double lost_after_s = 60;           // a robot that was silent for so long is not waited for
   double peer_wait_s = 20;            // how long a finished robot waits for peers that it never heard (once)
   int matches_picture = 0;            // a picture of the feature matches every so many frames; 0: none

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <memory>
+#include <utility>
 
 namespace onemap::mapping {
 namespace {
@@ -51,7 +52,7 @@ std::size_t VoxelMap::capacity_of(const VoxelMapConfig& config, std::size_t maps
   if (config.budget_bytes <= fixed_bytes(config)) return 0;
   std::size_t blocks = (config.budget_bytes - fixed_bytes(config)) / (kBlockVoxels * sizeof(Voxel));
   while (blocks > 0 && bytes(blocks) > config.budget_bytes) --blocks;
-  return blocks;
+  return std::min(blocks, config.most_blocks);
 }
 
 VoxelMap::Shared::Shared(const VoxelMapConfig& config, std::size_t maps)
@@ -85,6 +86,42 @@ void VoxelMap::clear() {
   std::fill(slots_.begin(), slots_.end(), -1);
   keys_.clear();
   counters_ = {};
+}
+
+// The last block takes the place of the dropped one, and the entries behind it in the hash table move up.
+void VoxelMap::drop(std::size_t block) {
+  const std::size_t mask = slots_.size() - 1, last = keys_.size() - 1;
+  const auto slot_of = [&](std::size_t index) {
+    std::size_t at = hash(keys_[index]) & mask;
+    while (slots_[at] != static_cast<std::int32_t>(index)) at = (at + 1) & mask;
+    return at;
+  };
+  std::size_t hole = slot_of(block);
+  slots_[hole] = -1;
+  for (std::size_t at = (hole + 1) & mask; slots_[at] >= 0; at = (at + 1) & mask) {
+    const std::size_t home = hash(keys_[static_cast<std::size_t>(slots_[at])]) & mask;
+    if (((at - home) & mask) < ((at - hole) & mask)) continue;  // it lies between its home and the hole's end
+    slots_[hole] = std::exchange(slots_[at], -1);
+    hole = at;
+  }
+  shared_->pool.give_back(places_[block]);
+  if (block != last) {
+    slots_[slot_of(last)] = static_cast<std::int32_t>(block);
+    keys_[block] = keys_[last];
+    places_[block] = places_[last];
+    touched_[block] = touched_[last];
+    changed_[block] = changed_[last];
+  }
+  touched_[last] = 0;
+  changed_[last] = 0;
+  keys_.pop_back();
+  places_.pop_back();
+}
+
+void VoxelMap::drop_unseen() {
+  const auto seen = [](const Voxel& voxel) { return voxel.weight > 0; };
+  for (std::size_t i = keys_.size(); i-- > 0;)
+    if (const Voxel* voxels = voxels_of(i); std::none_of(voxels, voxels + kBlockVoxels, seen)) drop(i);
 }
 
 std::size_t VoxelMap::bytes() const { return shared_bytes(config_, capacity()) + own_bytes(); }

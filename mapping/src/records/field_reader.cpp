@@ -22,6 +22,11 @@ RobotId FieldReader::robot(std::string_view field) {
   return ok() ? id : RobotId{};
 }
 
+ChainId FieldReader::chain(std::string_view field) {
+  const RobotId id = robot(field);
+  return {id, get<std::uint64_t>(field)};
+}
+
 QuantizedPose FieldReader::pose(std::string_view field) {
   QuantizedPose out;
   for (auto& t : out.t_10um) t = get<std::int32_t>(field);
@@ -31,6 +36,11 @@ QuantizedPose FieldReader::pose(std::string_view field) {
 }
 
 void put(ByteWriter& out, const RobotId& robot) { out.bytes(robot.bytes); }
+
+void put(ByteWriter& out, const ChainId& chain) {
+  put(out, chain.robot);
+  out.put(chain.incarnation);
+}
 
 void put(ByteWriter& out, const QuantizedPose& pose) {
   for (const std::int32_t t : pose.t_10um) out.put(t);

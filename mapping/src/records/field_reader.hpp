@@ -7,6 +7,7 @@
 #include "hal/base/result.hpp"
 #include "hal/base/time.hpp"
 #include "mapping/geometry.hpp"
+#include "mapping/records/chain_id.hpp"
 
 namespace onemap::mapping {
 
@@ -36,6 +37,7 @@ class FieldReader {
     return ok() ? n : 0;
   }
   RobotId robot(std::string_view field);       // refuses what is no valid name
+  ChainId chain(std::string_view field);
   QuantizedPose pose(std::string_view field);  // refuses quaternions that are not of unit length with w >= 0
   FrameTime time(std::string_view field) { return frame_time_from_ns(get<std::int64_t>(field)); }
 
@@ -62,6 +64,7 @@ class FieldReader {
 inline constexpr std::size_t kPoseBytes = 28;  // of an encoded QuantizedPose
 
 void put(ByteWriter& out, const RobotId& robot);
+void put(ByteWriter& out, const ChainId& chain);
 void put(ByteWriter& out, const QuantizedPose& pose);
 void put(ByteWriter& out, FrameTime time);
 

@@ -27,6 +27,7 @@ std::vector<std::uint8_t> encode(const HelloRecord& record) {
   ByteWriter out(body);
   put_text(out, record.name);
   put_text(out, record.camera);
+  out.put(record.repeats);
   return body;
 }
 
@@ -39,6 +40,7 @@ Result<HelloRecord> decode_hello(std::span<const std::uint8_t> body) {
   in.require(size <= kMaxCameraText, "camera", "longer than 200");
   out.camera = text_of(in.bytes(size, "camera"));
   in.require(printable(out.camera), "camera", "control characters");
+  out.repeats = in.get<std::uint64_t>("repeats");
   return in.finish(std::move(out));
 }
 

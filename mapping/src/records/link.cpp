@@ -34,11 +34,17 @@ void read_pairs(FieldReader& in, LinkRecord& out) {
   for (std::size_t i = 0; i < out.pairs.size(); ++i) {
     out.pairs[i] = read_pair(in);
     in.require(i == 0 || ends(out.pairs[i - 1]) < ends(out.pairs[i]), "pairs", "not sorted");
-    in.require(out.a != out.b || out.pairs[i].keyframe_a < out.pairs[i].keyframe_b, "pairs", "not of two keyframes");
   }
 }
 
 }  // namespace
+
+Status check_own_loops(const LinkRecord& record) {
+  if (record.T_a_b != QuantizedPose{}) return Error{"link record, T_a_b", "of one life, and not the identity"};
+  for (const LinkPair& pair : record.pairs)
+    if (pair.keyframe_a >= pair.keyframe_b) return Error{"link record, pairs", "not of two keyframes"};
+  return success();
+}
 
 std::vector<std::uint8_t> encode(const LinkRecord& record) {
   std::vector<std::uint8_t> body;
@@ -85,7 +91,6 @@ Result<LinkRecord> decode_link(std::span<const std::uint8_t> body) {
   in.require(out.supporting_pairs <= kMaxSupportingPairs, "supporting_pairs", "more than are looked at");
   in.require(out.reason != LinkReason::accepted || out.inliers <= most, "inliers", "more than the pairs have features");
   out.T_a_b = in.pose("T_a_b");
-  in.require(out.a != out.b || out.T_a_b == QuantizedPose{}, "T_a_b", "of one robot, and not the identity");
   read_pairs(in, out);
   return in.finish(std::move(out));
 }

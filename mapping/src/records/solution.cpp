@@ -1,16 +1,18 @@
 #include "mapping/records/solution.hpp"
 
+#include <xxhash.h>
+
 #include "records/field_reader.hpp"
 
 namespace onemap::mapping {
 namespace {
 
 constexpr std::size_t kMaxRobots = 1024, kMaxAnchors = 4096;
+constexpr std::uint32_t kMaxBlocks = 1u << 24;
 constexpr std::size_t kAnchorBytes = 4 + kPoseBytes, kRobotBytes = 16 + 8 + 2;
 
 void put_robot(ByteWriter& out, const SolvedRobot& solved) {
-  put(out, solved.robot);
-  out.put(solved.incarnation);
+  put(out, solved.chain);
   out.put(static_cast<std::uint16_t>(solved.anchors.size()));
   for (const PlacedAnchor& anchor : solved.anchors) {
     out.put(anchor.keyframe);
@@ -20,14 +22,25 @@ void put_robot(ByteWriter& out, const SolvedRobot& solved) {
 
 SolvedRobot read_robot(FieldReader& in) {
   SolvedRobot out;
-  out.robot = in.robot("robots.robot");
-  out.incarnation = in.get<std::uint64_t>("robots.incarnation");
+  out.chain = in.chain("robots.chain");
   out.anchors.resize(in.count<std::uint16_t>(kMaxAnchors, kAnchorBytes, "robots.anchors"));
   for (std::size_t i = 0; i < out.anchors.size(); ++i) {
     out.anchors[i].keyframe = in.get<std::uint32_t>("robots.anchors.keyframe");
     out.anchors[i].T_map_anchor = in.pose("robots.anchors.T_map_anchor");
     in.require(i == 0 || out.anchors[i - 1].keyframe < out.anchors[i].keyframe, "robots.anchors", "not sorted");
   }
+  return out;
+}
+
+MapParameters read_parameters(FieldReader& in) {
+  MapParameters out;
+  out.voxel_um = in.get<std::int32_t>("map.voxel_um");
+  in.require(out.voxel_um >= 1000 && out.voxel_um <= 1'000'000, "map.voxel_um", "not from 1 mm to 1 m");
+  out.truncation_um = in.get<std::int32_t>("map.truncation_um");
+  const std::int64_t band = out.truncation_um, voxel = out.voxel_um;
+  in.require(band >= voxel && band <= 100 * voxel, "map.truncation_um", "not from 1 to 100 voxels");
+  out.blocks = in.get<std::uint32_t>("map.blocks");
+  in.require(out.blocks >= 1 && out.blocks <= kMaxBlocks, "map.blocks", "not from 1 to 2^24");
   return out;
 }
 
@@ -41,24 +54,33 @@ std::vector<std::uint8_t> encode(const SolutionRecord& record) {
   for (const SolvedRobot& solved : record.robots) put_robot(out, solved);
   out.put(record.links_used);
   out.put(record.links_refused);
+  out.put(record.map.voxel_um);
+  out.put(record.map.truncation_um);
+  out.put(record.map.blocks);
   return body;
+}
+
+std::uint64_t digest(const SolutionRecord& record) {
+  const std::vector<std::uint8_t> body = encode(record);
+  return XXH64(body.data(), body.size(), 0);
 }
 
 Result<SolutionRecord> decode_solution(std::span<const std::uint8_t> body) {
   FieldReader in("solution", body);
   SolutionRecord out;
-  out.reference = in.robot("reference");
+  out.reference = in.chain("reference");
   const std::size_t n = in.count<std::uint16_t>(kMaxRobots, kRobotBytes, "robots");
   out.robots.resize(n);
   bool has_reference = false;
   for (std::size_t i = 0; i < n; ++i) {
     out.robots[i] = read_robot(in);
-    in.require(i == 0 || out.robots[i - 1].robot < out.robots[i].robot, "robots.robot", "not sorted");
-    has_reference = has_reference || out.robots[i].robot == out.reference;
+    in.require(i == 0 || out.robots[i - 1].chain < out.robots[i].chain, "robots.chain", "not sorted");
+    has_reference = has_reference || out.robots[i].chain == out.reference;
   }
   in.require(has_reference, "reference", "not among the robots");
   out.links_used = in.get<std::uint32_t>("links_used");
   out.links_refused = in.get<std::uint32_t>("links_refused");
+  out.map = read_parameters(in);
   return in.finish(std::move(out));
 }
 

@@ -7,15 +7,19 @@
 namespace onemap::mapping {
 
 Agreement::Agreement(const TeamLog& log, const Presence& presence, Instant now)
-    : log_(log), presence_(presence), now_(now), robots_(log.robots()) {
+    : log_(log), presence_(presence), now_(now), robots_(log.robots()), chains_(log.chains()) {
   for (const RobotId& robot : robots_)
     if (presence_.gone(robot, member(robot), now_)) gone_.insert(robot);
 }
 
-const TeamMember& Agreement::member(const RobotId& robot) const {
+const TeamMember& Agreement::member(const ChainId& chain) const {
   static const TeamMember nobody;
-  const TeamMember* found = log_.find(robot);
+  const TeamMember* found = log_.find(chain);
   return found != nullptr ? *found : nobody;
+}
+
+bool Agreement::present(const ChainId& chain) const {
+  return log_.present(chain.robot) == chain && !gone_.contains(chain.robot);
 }
 
 bool Agreement::over() const {
@@ -23,28 +27,30 @@ bool Agreement::over() const {
       robots_, [&](const RobotId& robot) { return member(robot).finished.has_value() || gone_.contains(robot); });
 }
 
-// What others have of a robot that is gone would have come: its records are signs of life. One that lives may have
-// promised more than it wrote: when all that is known of is here, and nothing came for long, that was it.
-bool Agreement::nothing_more_comes(const RobotId& robot) const {
-  if (gone_.contains(robot)) return true;
-  const TeamMember& m = member(robot);
-  return m.finished && presence_.all_known_here(robot) && presence_.quiet(m, now_);
+// What others have of a robot that is gone, or of an earlier life, would have come: its records are signs of life. One
+// that lives may have promised more than it wrote: when all that is known of is here, and nothing came for long, that
+// was it.
+bool Agreement::nothing_more_comes(const ChainId& chain) const {
+  if (gone_.contains(chain.robot)) return true;
+  const TeamMember& m = member(chain);
+  const bool known_here = presence_.all_known_here(chain.robot), quiet = presence_.quiet(m, now_);
+  return present(chain) ? m.finished && known_here && quiet : known_here || quiet;
 }
 
-bool Agreement::keyframes_here(const RobotId& robot) const {
-  return member(robot).keyframes_complete() || nothing_more_comes(robot);
+bool Agreement::keyframes_here(const ChainId& chain) const {
+  return member(chain).keyframes_complete() || nothing_more_comes(chain);
 }
 
-bool Agreement::all_here(const RobotId& robot) const { return member(robot).complete() || nothing_more_comes(robot); }
+bool Agreement::all_here(const ChainId& chain) const { return member(chain).complete() || nothing_more_comes(chain); }
 
-std::optional<RobotId> Agreement::verifier(const RobotId& a, const RobotId& b) const {
+std::optional<RobotId> Agreement::verifier(const ChainId& a, const ChainId& b) const {
   const auto& [low, high] = std::minmax(a, b);
-  if (!gone_.contains(low)) return low;
-  if (!gone_.contains(high)) return high;
+  if (present(low)) return low.robot;
+  if (present(high)) return high.robot;
   return std::nullopt;
 }
 
-bool Agreement::verified(const RobotId& a, const RobotId& b) const {
+bool Agreement::verified(const ChainId& a, const ChainId& b) const {
   if (!keyframes_here(a) || !keyframes_here(b)) return false;
   const auto& [low, high] = std::minmax(a, b);
   if (member(low).keyframes.empty() || member(high).keyframes.empty() || !verifier(low, high)) return true;
@@ -63,10 +69,12 @@ bool Agreement::looked_at_own(const RobotId& robot) const {
 
 bool Agreement::ready() const {
   if (robots_.empty() || !over()) return false;
-  for (std::size_t i = 0; i < robots_.size(); ++i) {
-    if (!keyframes_here(robots_[i]) || !looked_at_own(robots_[i])) return false;
-    for (std::size_t j = i + 1; j < robots_.size(); ++j)
-      if (!verified(robots_[i], robots_[j])) return false;
+  for (const RobotId& robot : robots_)
+    if (!looked_at_own(robot)) return false;
+  for (std::size_t i = 0; i < chains_.size(); ++i) {
+    if (!keyframes_here(chains_[i])) return false;
+    for (std::size_t j = i + 1; j < chains_.size(); ++j)
+      if (!verified(chains_[i], chains_[j])) return false;
   }
   return true;
 }
@@ -74,11 +82,13 @@ bool Agreement::ready() const {
 Duration Agreement::silent(const RobotId& robot) const { return presence_.silent(robot, member(robot), now_); }
 
 std::optional<Waiting::What> Agreement::owes(const RobotId& robot) const {
-  if (!member(robot).finished && !gone_.contains(robot)) return Waiting::What::end;
-  if (!all_here(robot)) return Waiting::What::records;
-  if (keyframes_here(robot) && !looked_at_own(robot)) return Waiting::What::link;
-  for (const RobotId& other : robots_)
-    if (other != robot && keyframes_here(other) && verifier(robot, other) == robot && !verified(robot, other))
+  const ChainId chain = log_.present(robot);
+  if (!member(chain).finished && !gone_.contains(robot)) return Waiting::What::end;
+  for (const ChainId& life : chains_)
+    if (life.robot == robot && !all_here(life)) return Waiting::What::records;
+  if (keyframes_here(chain) && !looked_at_own(robot)) return Waiting::What::link;
+  for (const ChainId& other : chains_)
+    if (other != chain && keyframes_here(other) && verifier(chain, other) == robot && !verified(chain, other))
       return Waiting::What::link;
   return std::nullopt;
 }

@@ -1,6 +1,7 @@
 #include "mapping/team/atlas.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <tuple>
 
 namespace onemap::mapping {
@@ -8,11 +9,8 @@ namespace {
 
 constexpr std::int64_t kLargestRatio = 4;  // of voxel sizes; beyond it resampling would skip or smear surfaces
 
-auto place_of(const AtlasBlock& b) { return std::tie(b.anchor, b.voxel_um, b.truncation_um, b.block->key); }
-
-bool same_source(const AtlasBlock& a, const AtlasBlock& b) {
-  return a.anchor == b.anchor && a.voxel_um == b.voxel_um && a.truncation_um == b.truncation_um;
-}
+auto kind_of(const AtlasBlock& b) { return std::tie(b.voxel_um, b.truncation_um); }
+auto place_of(const AtlasBlock& b) { return std::tie(b.voxel_um, b.truncation_um, b.block->key); }
 
 // No frames are fused here, and a small team's map leaves most of the budget to others.
 VoxelMapConfig for_atlas(VoxelMapConfig config) {
@@ -21,14 +19,56 @@ VoxelMapConfig for_atlas(VoxelMapConfig config) {
   return config;
 }
 
+using Run = std::span<const AtlasBlock>;
+
+// The blocks of one kind, sorted by key.
+Run run_of(const std::vector<AtlasBlock>& blocks, std::int32_t voxel_um, std::int32_t truncation_um) {
+  const auto [first, last] = std::ranges::equal_range(blocks, std::tie(voxel_um, truncation_um), {}, kind_of);
+  return {first, last};
+}
+
+// Where two versions of a submap differ: these blocks, and those below them, whose cells reach into them.
+std::vector<BlockKey> differing(Run before, Run after) {
+  std::vector<BlockKey> out;
+  const auto differs = [&](const BlockKey& key) {
+    for (int n = 0; n < 8; ++n) out.push_back({key.x - (n & 1), key.y - ((n >> 1) & 1), key.z - (n >> 2)});
+  };
+  auto b = before.begin();
+  auto a = after.begin();
+  while (b != before.end() || a != after.end()) {
+    if (a == after.end() || (b != before.end() && b->block->key < a->block->key)) {
+      differs((b++)->block->key);
+    } else if (b == before.end() || a->block->key < b->block->key) {
+      differs((a++)->block->key);
+    } else {
+      if (a->sequence != b->sequence) differs(a->block->key);
+      ++a;
+      ++b;
+    }
+  }
+  std::ranges::sort(out);
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
+}
+
+std::vector<std::tuple<std::int32_t, std::int32_t>> kinds(const std::vector<AtlasBlock>& a,
+                                                          const std::vector<AtlasBlock>& b) {
+  std::vector<std::tuple<std::int32_t, std::int32_t>> out;
+  for (const auto* blocks : {&a, &b})
+    for (const AtlasBlock& block : *blocks)
+      if (out.empty() || out.back() != kind_of(block)) out.emplace_back(kind_of(block));
+  std::ranges::sort(out);
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
+}
+
 }  // namespace
 
 std::vector<AtlasBlock> latest_blocks(std::span<const Atlas::Submap> submaps) {
   std::vector<AtlasBlock> out;
   for (const Atlas::Submap& submap : submaps)
     for (const SubmapBlock& block : submap.record->blocks)
-      out.push_back({submap.record->anchor_keyframe, submap.record->voxel_um, submap.record->truncation_um,
-                     submap.sequence, &block});
+      out.push_back({submap.record->voxel_um, submap.record->truncation_um, submap.sequence, &block});
   std::sort(out.begin(), out.end(), [](const AtlasBlock& a, const AtlasBlock& b) {
     const auto pa = place_of(a), pb = place_of(b);
     return pa != pb ? pa < pb : a.sequence > b.sequence;  // the latest first
@@ -40,7 +80,7 @@ std::vector<AtlasBlock> latest_blocks(std::span<const Atlas::Submap> submaps) {
 
 void LatestSubmaps::add_older(std::uint32_t sequence, SubmapRecord record) {
   std::erase_if(record.blocks, [&](const SubmapBlock& block) {
-    return !seen_.insert({record.anchor_keyframe, record.voxel_um, record.truncation_um, block.key}).second;
+    return !seen_.insert({record.voxel_um, record.truncation_um, block.key}).second;
   });
   if (record.blocks.empty()) return;
   record.blocks.shrink_to_fit();
@@ -53,25 +93,24 @@ Atlas::Atlas(const AtlasConfig& config) : map_(for_atlas(config.map)) {}
 void Atlas::clear() {
   map_.clear();
   counters_ = {};
+  exact_ = true;
 }
 
-void Atlas::add(std::span<const PlacedAnchor> anchors, std::span<const Submap> submaps) {
-  const std::vector<AtlasBlock> blocks = latest_blocks(submaps);
-  counters_.blocks += blocks.size();
-  if (!blocks.empty()) ++counters_.robots;
+void Atlas::replace(const Placed& before, const Placed& after) {
+  const std::vector<AtlasBlock> old = latest_blocks(before.submaps), now = latest_blocks(after.submaps);
+  counters_.blocks += now.size() - old.size();
   const std::int64_t global_um = map_.config().voxel_um();
-  for (auto first = blocks.begin(); first != blocks.end();) {
-    const auto last =
-        std::find_if_not(first, blocks.end(), [&](const AtlasBlock& b) { return same_source(b, *first); });
-    const auto count = static_cast<std::uint64_t>(last - first);
-    const auto at = std::ranges::lower_bound(anchors, first->anchor, {}, &PlacedAnchor::keyframe);
-    if (at == anchors.end() || at->keyframe != first->anchor)
-      counters_.blocks_unplaced += count;
-    else if (first->voxel_um > kLargestRatio * global_um || kLargestRatio * first->voxel_um < global_um)
-      counters_.blocks_left_out += count;
-    else
-      fuse_submap({first, last}, at->T_map_anchor, map_);
-    first = last;
+  for (const auto& [voxel_um, truncation_um] : kinds(old, now)) {
+    const Run was = run_of(old, voxel_um, truncation_um), is = run_of(now, voxel_um, truncation_um);
+    if (voxel_um > kLargestRatio * global_um || kLargestRatio * voxel_um < global_um) {
+      counters_.blocks_left_out += is.size() - was.size();
+      continue;
+    }
+    std::optional<std::vector<BlockKey>> only;
+    if (before.T_map_anchor == after.T_map_anchor && !was.empty() && !is.empty()) only = differing(was, is);
+    const std::vector<BlockKey>* where = only ? &*only : nullptr;
+    exact_ = fuse_submap(was, before.T_map_anchor, Fusing::take_back, map_, where) && exact_;
+    exact_ = fuse_submap(is, after.T_map_anchor, Fusing::add, map_, where) && exact_;
   }
 }
 

@@ -7,29 +7,38 @@
 
 namespace onemap::mapping {
 
-bool same_solution(const SolutionRecord* a, const SolutionRecord* b) {
-  if (a == nullptr || b == nullptr) return a == b;
-  return a == b || encode(*a) == encode(*b);
+namespace {
+constexpr Duration kLookAgain = std::chrono::seconds(2);  // at what was refuted, while robots map
 }
 
 std::optional<RobotId> Decision::decider(const Agreement& team) const {
-  const auto may = [&](const RobotId& robot) { return !team.gone().contains(robot) && !passed_over_.contains(robot); };
-  return elect(islands(team.robots(), counting_links(team.log())), may);
+  const auto may = [&](const ChainId& chain) { return team.present(chain) && !passed_over_.contains(chain.robot); };
+  return elect(islands(team.chains(), counting_links(team.log())), may);
 }
 
-const SolutionRecord* Decision::made(const Agreement& team, TeamSolver& solver) const {
-  const auto confirmed = [&](const RobotId& robot) -> const SolutionRecord* {
-    const TeamMember* member = team.log().find(robot);
-    if (member == nullptr || !member->solution) return nullptr;
-    const auto wanted = solver.wanted(team, &*member->solution);
-    return wanted && agree(team.log(), *member->solution, *wanted, TeamSolver::kSame_m) ? &*member->solution : nullptr;
+bool Decision::confirmed(const Agreement& team, const RobotId& robot, TeamSolver& solver) {
+  const TeamMember* member = team.log().find(robot);
+  if (member == nullptr || !member->solution) return false;
+  const SolutionRecord& solution = *member->solution;
+  const auto says_the_same = [&] {
+    const auto wanted = solver.wanted(team, &solution);
+    return wanted && agree(team.log(), solution, *wanted, TeamSolver::kSame_m);
   };
+  if (team.ready()) return says_the_same();
+  if (robot == team.log().self()) return true;
+  Looked& looked = looked_[robot];
+  const bool same = looked.digest == member->solution_digest;
+  if (!same || (!looked.confirmed && team.now() - looked.at >= kLookAgain))
+    looked = {member->solution_digest, says_the_same(), team.now()};
+  return looked.confirmed;
+}
+
+const TeamMember* Decision::made(const Agreement& team, TeamSolver& solver) {
   const auto elected = decider(team);
-  if (elected)
-    if (const SolutionRecord* made = confirmed(*elected)) return made;
+  if (elected && confirmed(team, *elected, solver)) return team.log().find(*elected);
   for (const RobotId& robot : team.robots())
-    if (team.gone().contains(robot) || passed_over_.contains(robot))
-      if (const SolutionRecord* made = confirmed(robot)) return made;
+    if ((team.gone().contains(robot) || passed_over_.contains(robot)) && confirmed(team, robot, solver))
+      return team.log().find(robot);
   return nullptr;
 }
 

@@ -61,7 +61,7 @@ void LoopFinder::keep(const LinkPair& pair, std::uint32_t anchor_a, std::uint32_
 
 bool LoopFinder::look(const Agreement& team, OwnPlaces& places, const std::function<bool()>& stop) {
   const RobotId& self = team.log().self();
-  const TeamMember* own = team.log().find(self);
+  const TeamMember* own = team.log().own();
   if (own == nullptr) return false;
   begin_life(*own);
   if (looked_ == own->keyframes.size()) return false;
@@ -94,9 +94,9 @@ bool LoopFinder::look(const Agreement& team, OwnPlaces& places, const std::funct
 
 std::optional<LinkRecord> LoopFinder::news(const Agreement& team, Instant now) {
   const RobotId& self = team.log().self();
-  const TeamMember* own = team.log().find(self);
+  const TeamMember* own = team.log().own();
   if (own == nullptr || own->incarnation != life_ || looked_ == 0) return std::nullopt;
-  const bool end = looked_ == own->keyframes.size() && team.keyframes_here(self);
+  const bool end = looked_ == own->keyframes.size() && team.keyframes_here(team.log().own_chain());
   const bool now_and_then = untold_ && interval_ > Duration::zero() && now >= next_;
   if (!(end && told_ != looked_) && !now_and_then) return std::nullopt;
   untold_ = false;

@@ -2,68 +2,156 @@
 
 #include <xxhash.h>
 
+#include <algorithm>
+
 #include "hal/base/bytes.hpp"
 #include "mapping/team/placed_anchors.hpp"
 
 namespace onemap::mapping {
 
-void MapFusion::begin(const SolutionRecord& solution) {
-  if (!atlas_) atlas_ = std::make_unique<Atlas>(config_);
-  atlas_->clear();
-  solution_ = solution;
-  next_ = 0;
-  submaps_ = 0;
-  submaps_left_out_ = 0;
-  added_.clear();
+MapParameters map_parameters(const AtlasConfig& config) {
+  VoxelMapConfig map = config.map;
+  map.image_pixels = 0;
+  const std::size_t blocks = std::clamp<std::size_t>(VoxelMap::capacity_of(map), 1, 1u << 24);
+  return {map.voxel_um(), map.truncation_um(), static_cast<std::uint32_t>(blocks)};
 }
 
-bool MapFusion::add(const TeamMember& member, const std::function<bool()>& stop) {
-  LatestSubmaps latest(config_.map.budget_bytes / sizeof(SubmapBlock));
-  std::vector<Malformed> malformed;
-  std::size_t left_out = 0;
-  for (auto record = member.submaps.rbegin(); record != member.submaps.rend(); ++record) {
+std::vector<ChainExtent> everything_here(const TeamLog& log, const SolutionRecord& solution) {
+  std::vector<ChainExtent> out;
+  out.reserve(solution.robots.size());
+  for (const SolvedRobot& solved : solution.robots)
+    if (const TeamMember* member = log.find(solved.chain); member != nullptr)
+      out.push_back({solved.chain, static_cast<std::uint32_t>(member->keyframes.size()),
+                     static_cast<std::uint32_t>(member->submaps.size())});
+  return out;
+}
+
+bool holds(const TeamLog& log, const std::vector<ChainExtent>& extents) {
+  return std::ranges::all_of(extents, [&](const ChainExtent& extent) {
+    const TeamMember* member = log.find(extent.chain);
+    return member != nullptr && member->keyframes.size() >= extent.keyframes &&
+           member->submaps.size() >= extent.submaps;
+  });
+}
+
+// Another voxel size is another map.
+void MapFusion::prepare(const MapParameters& map) {
+  if (atlas_ && map == parameters_) return;
+  parameters_ = map;
+  AtlasConfig config;
+  config.map.voxel_m = static_cast<float>(map.voxel_um * 1e-6);
+  config.map.truncation_m = static_cast<float>(map.truncation_um * 1e-6);
+  config.map.budget_bytes = budget_bytes_;
+  config.map.most_blocks = map.blocks;
+  atlas_ = std::make_unique<Atlas>(config);
+  fused_.clear();
+}
+
+void MapFusion::start_over() {
+  atlas_->clear();
+  fused_.clear();
+  todo_.clear();
+  for (auto at = wanted_.rbegin(); at != wanted_.rend(); ++at) todo_.push_back(at->first);
+  from_nothing_ = true;
+}
+
+MapFusion::Versions MapFusion::wanted(const TeamLog& log) {
+  Versions out;
+  submaps_ = 0;
+  blocks_unplaced_ = 0;
+  for (const SolvedRobot& solved : target_->solution.robots) {
+    const TeamMember* member = log.find(solved.chain);
+    const auto extent = std::ranges::lower_bound(target_->extents, solved.chain, {}, &ChainExtent::chain);
+    if (member == nullptr || extent == target_->extents.end() || extent->chain != solved.chain) continue;
+    const auto anchors = placed_anchors(*member, solved, extent->keyframes);
+    for (std::size_t i = 0; i < std::min<std::size_t>(extent->submaps, member->submaps.size()); ++i) {
+      const SubmapPlace& submap = member->submaps[i];
+      ++submaps_;
+      const auto at = std::ranges::lower_bound(anchors, submap.anchor, {}, &PlacedAnchor::keyframe);
+      if (at == anchors.end() || at->keyframe != submap.anchor) {
+        blocks_unplaced_ += submap.blocks;
+        continue;
+      }
+      Version& version = out[{solved.chain, submap.anchor}];
+      version.T_map_anchor = at->T_map_anchor;
+      version.records.push_back(submap.record);
+    }
+  }
+  return out;
+}
+
+void MapFusion::aim(const TeamLog& log, MapTarget target) {
+  prepare(target.solution.map);
+  target_ = std::move(target);
+  wanted_ = wanted(log);
+  if (!atlas_->exact()) return start_over();
+  from_nothing_ = fused_.empty();
+  todo_.clear();
+  for (const auto& [id, version] : fused_)
+    if (!wanted_.contains(id)) todo_.push_back(id);
+  for (const auto& [id, version] : wanted_)
+    if (const auto was = fused_.find(id); was == fused_.end() || !was->second.same(version)) todo_.push_back(id);
+  std::ranges::sort(todo_, std::greater<>());
+  if (todo_.empty()) atlas_->settle();
+}
+
+// The newest first, so that what is too much is the oldest.
+bool MapFusion::decode(const Version& version, LatestSubmaps& into, std::size_t& left_out,
+                       std::vector<Malformed>& malformed, const std::function<bool()>& stop) const {
+  for (auto record = version.records.rbegin(); record != version.records.rend(); ++record) {
     if (stop()) return false;
     const auto header = decode_submap_header((*record)->body);
-    if (header && !latest.has_room(header->blocks)) {
+    if (header && !into.has_room(header->blocks)) {
       ++left_out;
       continue;
     }
     auto submap = decode_submap((*record)->body);
     if (submap)
-      latest.add_older((*record)->id.seq, std::move(*submap));
+      into.add_older((*record)->id.seq, std::move(*submap));
     else
       malformed.push_back({(*record)->id, submap.error().text()});
   }
-  atlas_->add(placed_anchors(member, solution_->robots[next_]), latest.submaps());
-  added_.push_back({member.incarnation, member.submaps.size(), member.keyframes.size()});
+  return true;
+}
+
+bool MapFusion::step(const std::function<bool()>& stop) {
+  const SubmapId id = todo_.back();
+  const auto was = fused_.find(id);
+  const auto is = wanted_.find(id);
+  LatestSubmaps before(most_decoded()), after(most_decoded());
+  std::size_t left_out = 0, left_out_before = 0;
+  std::vector<Malformed> malformed, known;
+  if (was != fused_.end() && !decode(was->second, before, left_out_before, known, stop)) return false;
+  if (is != wanted_.end() && !decode(is->second, after, left_out, malformed, stop)) return false;
+  Atlas::Placed old, now;
+  if (was != fused_.end()) old = {was->second.T_map_anchor, before.submaps()};
+  if (is != wanted_.end()) now = {is->second.T_map_anchor, after.submaps()};
+  atlas_->replace(old, now);
+  ++fused_count_;
   malformed_.insert(malformed_.end(), malformed.begin(), malformed.end());
-  submaps_ += member.submaps.size();
-  submaps_left_out_ += left_out;
-  ++next_;
+  if (is == wanted_.end()) {
+    fused_.erase(was);
+  } else {
+    fused_[id] = is->second;
+    fused_[id].left_out = left_out;
+  }
+  todo_.pop_back();
+  if (!atlas_->exact() && !from_nothing_) start_over();
+  if (todo_.empty()) atlas_->settle();
   return true;
 }
 
-bool MapFusion::outdated(const TeamLog& log) const {
-  for (std::size_t i = 0; i < added_.size(); ++i)
-    if (const TeamMember* member = log.find(solution_->robots[i].robot);
-        member == nullptr || member->incarnation != added_[i].incarnation)
-      return true;
-  return false;
-}
-
-bool MapFusion::complete(const TeamLog& log) const {
-  if (!done() || outdated(log)) return false;
-  for (std::size_t i = 0; i < added_.size(); ++i)
-    if (const TeamMember& member = *log.find(solution_->robots[i].robot);
-        member.submaps.size() != added_[i].submaps || member.keyframes.size() != added_[i].keyframes)
-      return false;
-  return true;
+std::size_t MapFusion::submaps_left_out() const {
+  std::size_t out = 0;
+  for (const auto& [id, version] : fused_) out += version.left_out;
+  return out;
 }
 
 std::uint64_t MapFusion::digest() const {
   if (!done()) return 0;
-  SolutionRecord named = *solution_;
-  for (SolvedRobot& robot : named.robots) robot.incarnation = 0;
+  SolutionRecord named = target_->solution;
+  named.reference.incarnation = 0;
+  for (SolvedRobot& robot : named.robots) robot.chain.incarnation = 0;
   std::vector<std::uint8_t> bytes = encode(named);
   ByteWriter(bytes).put(atlas_->map().digest());
   return XXH64(bytes.data(), bytes.size(), 0);

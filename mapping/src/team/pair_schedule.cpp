@@ -4,18 +4,18 @@
 
 namespace onemap::mapping {
 
-const PairSchedule::Look* PairSchedule::last_look(const RobotId& other, std::uint64_t incarnation) const {
+const PairSchedule::Look* PairSchedule::last_look(const ChainId& other) const {
   const auto at = looks_.find(other);
-  return at != looks_.end() && at->second.incarnation == incarnation ? &at->second : nullptr;
+  return at != looks_.end() ? &at->second : nullptr;
 }
 
-bool PairSchedule::linked(const RobotId& other, std::uint64_t incarnation) const {
-  const Look* look = last_look(other, incarnation);
+bool PairSchedule::linked(const ChainId& other) const {
+  const Look* look = last_look(other);
   return look != nullptr && look->linked;
 }
 
-bool PairSchedule::due(const Keyframes& mine, const RobotId& other, const Keyframes& theirs, Instant now) const {
-  const Look* look = last_look(other, theirs.incarnation);
+bool PairSchedule::due(const Keyframes& mine, const ChainId& other, const Keyframes& theirs, Instant now) const {
+  const Look* look = last_look(other);
   if (mine.all && theirs.all) {
     if (mine.here == 0 || theirs.here == 0) return false;  // there is nothing to look at
     return look == nullptr || !look->final || look->mine != mine.here || look->theirs != theirs.here;
@@ -26,12 +26,12 @@ bool PairSchedule::due(const Keyframes& mine, const RobotId& other, const Keyfra
   return now >= look->next && (look->linked ? 2 * have >= 3 * seen : have > seen);
 }
 
-void PairSchedule::verified(const Keyframes& mine, const RobotId& other, const Keyframes& theirs, bool linked,
+void PairSchedule::verified(const Keyframes& mine, const ChainId& other, const Keyframes& theirs, bool linked,
                             Instant now) {
-  looks_[other] = {theirs.incarnation, mine.here, theirs.here, linked, mine.all && theirs.all, now, now + interval_};
+  looks_[other] = {mine.here, theirs.here, linked, mine.all && theirs.all, now, now + interval_};
 }
 
-void PairSchedule::took(const RobotId& other, Duration cost) {
+void PairSchedule::took(const ChainId& other, Duration cost) {
   const auto look = looks_.find(other);
   if (look != looks_.end()) look->second.next = look->second.at + cost + std::max<Duration>(interval_, 10 * cost);
 }

@@ -5,8 +5,8 @@ namespace onemap::mapping {
 
 namespace {
 
-PairSchedule::Keyframes count(const Agreement& team, const RobotId& robot, const TeamMember& member) {
-  return {member.incarnation, member.keyframes.size(), team.keyframes_here(robot)};
+PairSchedule::Keyframes count(const Agreement& team, const ChainId& chain, const TeamMember& member) {
+  return {member.keyframes.size(), team.keyframes_here(chain)};
 }
 
 }  // namespace
@@ -22,20 +22,20 @@ std::optional<std::vector<CloudPair>> PairVerifier::pairs(const RobotId& self, c
   return found;
 }
 
-bool PairVerifier::mine(const Agreement& team, const RobotId& other, Instant now) {
-  const RobotId& self = team.log().self();
+bool PairVerifier::mine(const Agreement& team, const ChainId& other, Instant now) {
+  const ChainId& self = team.log().own_chain();
   const auto verifier = team.verifier(self, other);
-  const bool owed =
-      verifier == other && team.keyframes_here(self) && team.keyframes_here(other) && !team.verified(self, other);
-  return patience_.exhausted(other, owed, now) || verifier == self;
+  const bool owed = verifier == other.robot && other.robot != self.robot && team.keyframes_here(self) &&
+                    team.keyframes_here(other) && !team.verified(self, other);
+  return patience_.exhausted(other, owed, now) || verifier == self.robot;
 }
 
 std::optional<PairVerifier::Look> PairVerifier::next(const Agreement& team, Instant now,
                                                      const std::function<bool()>& stop) {
-  const RobotId& self = team.log().self();
-  const TeamMember* own = team.log().find(self);
+  const ChainId& self = team.log().own_chain();
+  const TeamMember* own = team.log().own();
   if (own == nullptr) return std::nullopt;
-  for (const RobotId& other : team.robots()) {
+  for (const ChainId& other : team.chains()) {
     const TeamMember* theirs = team.log().find(other);
     if (other == self || theirs == nullptr || !mine(team, other, now)) continue;
     if (schedule_.due(count(team, self, *own), other, count(team, other, *theirs), now))
@@ -44,13 +44,13 @@ std::optional<PairVerifier::Look> PairVerifier::next(const Agreement& team, Inst
   return std::nullopt;
 }
 
-std::optional<PairVerifier::Look> PairVerifier::look(const Agreement& team, const RobotId& other, Instant now,
+std::optional<PairVerifier::Look> PairVerifier::look(const Agreement& team, const ChainId& other, Instant now,
                                                      const std::function<bool()>& stop) {
-  const RobotId& self = team.log().self();
-  const TeamMember &own = *team.log().find(self), &theirs = *team.log().find(other);
-  const KeyframeSource ours = keyframes_of(self, own), foreign = keyframes_of(other, theirs);
+  const ChainId& self = team.log().own_chain();
+  const TeamMember &own = *team.log().own(), &theirs = *team.log().find(other);
+  const KeyframeSource ours = keyframes_of(self.robot, own), foreign = keyframes_of(other.robot, theirs);
   const bool lower = self < other;
-  auto candidates = pairs(self, own, foreign, lower, stop);
+  auto candidates = pairs(self.robot, own, foreign, lower, stop);
   if (!candidates) return std::nullopt;
   auto link = verify_robots(lower ? ours : foreign, lower ? foreign : ours, std::move(*candidates), config_, stop);
   if (!link) return std::nullopt;
@@ -58,7 +58,7 @@ std::optional<PairVerifier::Look> PairVerifier::look(const Agreement& team, cons
   const bool linked = link->reason == LinkReason::accepted;
   const PairSchedule::Keyframes have = count(team, self, own), they_have = count(team, other, theirs);
   // While mapping, a refusal is only news when it takes a link back.
-  const bool news = (have.all && they_have.all) || linked || schedule_.linked(other, theirs.incarnation);
+  const bool news = (have.all && they_have.all) || linked || schedule_.linked(other);
   schedule_.verified(have, other, they_have, linked, now);
   last_ = other;
   return Look{*link, news};

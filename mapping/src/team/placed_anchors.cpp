@@ -7,9 +7,9 @@ namespace onemap::mapping {
 namespace {
 
 // In the robot's own frame, sorted; of keyframes that claim one number the first counts.
-std::vector<PlacedAnchor> own_anchors(const TeamMember& member) {
+std::vector<PlacedAnchor> own_anchors(const TeamMember& member, std::size_t keyframes) {
   std::vector<PlacedAnchor> out;
-  for (const KeyframePlace& k : member.places)
+  for (const KeyframePlace& k : std::span(member.places).first(std::min(keyframes, member.places.size())))
     if (k.index == k.anchor) out.push_back({k.index, k.T_robot_keyframe});
   std::ranges::stable_sort(out, {}, &PlacedAnchor::keyframe);
   const auto same = [](const PlacedAnchor& a, const PlacedAnchor& b) { return a.keyframe == b.keyframe; };
@@ -19,9 +19,10 @@ std::vector<PlacedAnchor> own_anchors(const TeamMember& member) {
 
 }  // namespace
 
-std::vector<PlacedAnchor> placed_anchors(const TeamMember& member, const SolvedRobot& solved) {
-  if (member.incarnation != solved.incarnation) return {};
-  std::vector<PlacedAnchor> out = own_anchors(member);
+std::vector<PlacedAnchor> placed_anchors(const TeamMember& member, const SolvedRobot& solved,
+                                         std::size_t keyframes) {
+  if (member.incarnation != solved.chain.incarnation) return {};
+  std::vector<PlacedAnchor> out = own_anchors(member, keyframes);
   const std::vector<PlacedAnchor> own = out;
   std::optional<Pose> T_map_robot;  // by the last anchor that the solution has
   std::size_t first_solved = out.size();
@@ -43,9 +44,9 @@ std::vector<PlacedAnchor> placed_anchors(const TeamMember& member, const SolvedR
   return out;
 }
 
-const SolvedRobot* find_solved(const SolutionRecord& solution, const RobotId& robot) {
-  const auto at = std::ranges::lower_bound(solution.robots, robot, {}, &SolvedRobot::robot);
-  return at != solution.robots.end() && at->robot == robot ? &*at : nullptr;
+const SolvedRobot* find_solved(const SolutionRecord& solution, const ChainId& chain) {
+  const auto at = std::ranges::lower_bound(solution.robots, chain, {}, &SolvedRobot::chain);
+  return at != solution.robots.end() && at->chain == chain ? &*at : nullptr;
 }
 
 }  // namespace onemap::mapping

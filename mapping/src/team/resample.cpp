@@ -126,8 +126,13 @@ std::optional<Sample> interpolate(const Patch& patch, const std::array<int, 3>& 
 
 class Resampler {
  public:
-  Resampler(const Grid& grid, std::int64_t truncation_um, VoxelMap& map)
-      : grid_(grid), truncation_um_(truncation_um), map_truncation_um_(map.config().truncation_um()), map_(map) {}
+  Resampler(const Grid& grid, std::int64_t truncation_um, Fusing how, VoxelMap& map)
+      : grid_(grid),
+        truncation_um_(truncation_um),
+        map_truncation_um_(map.config().truncation_um()),
+        how_(how),
+        map_(map) {}
+  bool exact() const { return exact_; }
 
   void fuse(const Patch& patch) {
     if (patch.low[0] > patch.high[0]) return;
@@ -214,14 +219,22 @@ class Resampler {
     const std::int64_t tsdf = rounded_ratio(rounded_ratio(sample.tsdf * truncation_um_, map_truncation_um_), kOne);
     if (tsdf < -kTsdfOne || tsdf > kTsdfOne) return;
     Voxel* block = block_at(x >> 3, y >> 3, z >> 3);
-    if (block == nullptr) return;
+    if (block == nullptr) {
+      exact_ = false;
+      return;
+    }
     const auto m = std::int64_t{kBlockSide - 1};
     Voxel& voxel = block[((z & m) * kBlockSide + (y & m)) * kBlockSide + (x & m)];
-    voxel.add_tsdf(static_cast<int>(tsdf),
-                   static_cast<int>(std::max<std::int64_t>(1, rounded_ratio(sample.weight, kOne))));
-    if (sample.color == 0) return;
+    const int weight = static_cast<int>(std::max<std::int64_t>(1, rounded_ratio(sample.weight, kOne)));
     const auto mean = [&](std::size_t i) { return static_cast<int>(rounded_ratio(sample.rgb[i], sample.color)); };
-    voxel.add_color(mean(0), mean(1), mean(2));
+    if (how_ == Fusing::take_back) {
+      voxel.take_tsdf(static_cast<int>(tsdf), weight);
+      if (sample.color != 0) voxel.take_color(mean(0), mean(1), mean(2));
+      return;
+    }
+    exact_ = exact_ && !voxel.would_saturate(weight) && !(sample.color != 0 && voxel.color_would_saturate());
+    voxel.add_tsdf(static_cast<int>(tsdf), weight);
+    if (sample.color != 0) voxel.add_color(mean(0), mean(1), mean(2));
   }
 
   // The global block; asked for only when it gets a voxel, and once for each source block even when it is refused.
@@ -242,7 +255,9 @@ class Resampler {
   };
   const Grid& grid_;
   std::int64_t truncation_um_, map_truncation_um_;
+  const Fusing how_;
   VoxelMap& map_;
+  bool exact_ = true;
   const Patch* patch_ = nullptr;
   std::array<std::int64_t, 3> from_{}, to_{};   // observed cells of the source block, [from, to)
   std::array<std::int64_t, 3> low_{}, high_{};  // global voxels in reach, both included
@@ -253,15 +268,18 @@ class Resampler {
 
 }  // namespace
 
-void fuse_submap(std::span<const AtlasBlock> blocks, const QuantizedPose& T_map_anchor, VoxelMap& map) {
-  if (blocks.empty()) return;
+bool fuse_submap(std::span<const AtlasBlock> blocks, const QuantizedPose& T_map_anchor, Fusing how, VoxelMap& map,
+                 const std::vector<BlockKey>* only) {
+  if (blocks.empty()) return true;
   const Grid grid(T_map_anchor, blocks.front().voxel_um, map.config().voxel_um());
-  Resampler resampler(grid, blocks.front().truncation_um, map);
+  Resampler resampler(grid, blocks.front().truncation_um, how, map);
   Patch patch;
   for (const AtlasBlock& block : blocks) {
+    if (only != nullptr && !std::ranges::binary_search(*only, block.block->key)) continue;
     patch.gather(blocks, *block.block);
     resampler.fuse(patch);
   }
+  return resampler.exact();
 }
 
 }  // namespace onemap::mapping

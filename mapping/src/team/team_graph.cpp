@@ -80,12 +80,12 @@ GraphSolution graph_solution(const TeamLog& log, const SolutionRecord& solution)
   GraphSolution out;
   GraphComponent& component = out.components.emplace_back();
   for (const SolvedRobot& solved : solution.robots) {
-    const TeamMember* member = log.find(solved.robot);
+    const TeamMember* member = log.find(solved.chain);
     if (member == nullptr) continue;
-    const ChainId chain{solved.robot, solved.incarnation};
+    const ChainId& chain = solved.chain;
     component.chains.push_back(chain);
     const auto anchors = placed_anchors(*member, solved);
-    if (solved.robot == solution.reference && !anchors.empty()) component.reference = {chain, anchors[0].keyframe};
+    if (chain == solution.reference && !anchors.empty()) component.reference = {chain, anchors[0].keyframe};
     for (const PlacedAnchor& anchor : anchors)
       out.anchors.push_back({.id = {chain, anchor.keyframe}, .T_map_anchor = anchor.T_map_anchor});
   }
@@ -98,18 +98,17 @@ bool in_own_frame(const TeamLog& log, const SolutionRecord& solution) {
   const SolvedRobot* solved = find_solved(solution, solution.reference);
   if (member == nullptr || solved == nullptr) return false;
   const auto here = placed_anchors(*member, *solved),
-             own = placed_anchors(*member, {solved->robot, solved->incarnation, {}});
+             own = placed_anchors(*member, {solved->chain, {}});
   return !here.empty() && here[0] == own[0];
 }
 
 SolutionRecord record_of(const GraphSolution& solution) {
   SolutionRecord out;
-  out.reference = solution.components[0].reference.chain.robot;
+  out.reference = solution.components[0].reference.chain;
   for (const SolvedAnchor& anchor : solution.anchors) {
     if (anchor.component != 0) continue;
     const ChainId& chain = anchor.id.chain;
-    if (out.robots.empty() || out.robots.back().robot != chain.robot)
-      out.robots.push_back({chain.robot, chain.incarnation, {}});
+    if (out.robots.empty() || out.robots.back().chain != chain) out.robots.push_back({chain, {}});
     out.robots.back().anchors.push_back({anchor.id.keyframe, anchor.T_map_anchor});
   }
   for (const LinkVerdict& link : solution.links) (link.use == LinkUse::used ? out.links_used : out.links_refused) += 1;
@@ -118,30 +117,29 @@ SolutionRecord record_of(const GraphSolution& solution) {
 
 }  // namespace
 
-PoseGraph team_graph(const TeamLog& log, std::span<const RobotId> robots) {
+PoseGraph team_graph(const TeamLog& log, std::span<const ChainId> lives) {
   PoseGraph graph;
-  std::map<RobotId, Chain> chains;
-  for (const RobotId& robot : robots) {
-    const TeamMember* member = log.find(robot);
+  std::map<ChainId, Chain> chains;
+  for (const ChainId& life : lives) {
+    const TeamMember* member = log.find(life);
     if (member == nullptr) continue;
-    Chain chain{{robot, member->incarnation}, places_of(*member)};
-    if (auto anchors = chain_of(chain.places); !anchors.empty() && graph.set_chain(chain.id, std::move(anchors)))
-      chains.emplace(robot, std::move(chain));
+    Chain chain{life, places_of(*member)};
+    if (auto anchors = chain_of(chain.places); !anchors.empty() && graph.set_chain(life, std::move(anchors)))
+      chains.emplace(life, std::move(chain));
   }
-  for (const std::vector<LinkRecord>& links : {counting_links(log), counting_loops(log)})
-    for (const LinkRecord& link : links)
+  for (const std::vector<TeamLink>& links : {counting_links(log), counting_loops(log)})
+    for (const TeamLink& link : links)
       if (const auto a = chains.find(link.a), b = chains.find(link.b); a != chains.end() && b != chains.end())
-        add_link(link, a->second, b->second, graph);
+        add_link(*link.link, a->second, b->second, graph);
   return graph;
 }
 
-SolutionRecord solve_team(const TeamLog& log, std::span<const RobotId> robots, const SolutionRecord* in_use) {
-  const PoseGraph graph = team_graph(log, robots);
+SolutionRecord solve_team(const TeamLog& log, std::span<const ChainId> lives, const SolutionRecord* in_use) {
+  const PoseGraph graph = team_graph(log, lives);
   if (graph.chains().empty()) {
-    if (robots.empty()) return {};
-    const RobotId& first = *std::ranges::min_element(robots);
-    const TeamMember* member = log.find(first);
-    return {first, {{first, member != nullptr ? member->incarnation : 0, {}}}, 0, 0};
+    if (lives.empty()) return {};
+    const ChainId& first = *std::ranges::min_element(lives);
+    return {first, {{first, {}}}, 0, 0, {}};
   }
   if (in_use == nullptr) return record_of(graph.solve());
   const GraphSolution before = graph_solution(log, *in_use);
@@ -149,7 +147,7 @@ SolutionRecord solve_team(const TeamLog& log, std::span<const RobotId> robots, c
 }
 
 std::string graph_text(const TeamLog& log, const SolutionRecord& in_use) {
-  const PoseGraph graph = team_graph(log, log.robots());
+  const PoseGraph graph = team_graph(log, log.chains());
   const GraphSolution before = graph_solution(log, in_use);
   return to_g2o(graph, graph.solve(in_own_frame(log, in_use) ? &before : nullptr));
 }
@@ -158,8 +156,8 @@ bool agree(const TeamLog& log, const SolutionRecord& a, const SolutionRecord& b,
   if (a.reference != b.reference || a.robots.size() != b.robots.size()) return false;
   const ChainAnchor box = surroundings();
   for (std::size_t i = 0; i < a.robots.size(); ++i) {
-    if (a.robots[i].robot != b.robots[i].robot || a.robots[i].incarnation != b.robots[i].incarnation) return false;
-    const TeamMember* member = log.find(a.robots[i].robot);
+    if (a.robots[i].chain != b.robots[i].chain) return false;
+    const TeamMember* member = log.find(a.robots[i].chain);
     if (member == nullptr) return false;
     const auto in_a = placed_anchors(*member, a.robots[i]), in_b = placed_anchors(*member, b.robots[i]);
     for (std::size_t k = 0; k < in_a.size() && k < in_b.size(); ++k)

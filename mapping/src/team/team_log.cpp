@@ -1,5 +1,10 @@
 #include "mapping/team/team_log.hpp"
 
+#include <algorithm>
+#include <iterator>
+#include <limits>
+#include <set>
+
 #include "mapping/records/kind.hpp"
 
 namespace onemap::mapping {
@@ -14,27 +19,39 @@ bool shapes_the_graph(std::uint16_t kind) {
 }  // namespace
 
 void TeamLog::begin_life(std::uint64_t incarnation) {
-  incarnation_ = incarnation;
   members_.erase(self_);
+  repeated_ = self_.incarnation;
+  self_.incarnation = incarnation;
   ++revision_;
+}
+
+// A life more of a robot; the earliest of too many goes.
+TeamMember* TeamLog::begin(const ChainId& chain) {
+  const auto first = members_.lower_bound({chain.robot, 0});
+  const auto last = members_.upper_bound({chain.robot, std::numeric_limits<std::uint64_t>::max()});
+  if (static_cast<std::size_t>(std::distance(first, last)) >= kMaxLives) {
+    if (chain < first->first) return nullptr;
+    members_.erase(first);
+  }
+  ++revision_;
+  TeamMember& member = members_[chain];
+  member.incarnation = chain.incarnation;
+  return &member;
 }
 
 Result<TeamMember*> TeamLog::member_of(const LogId& log) {
   if (!log.robot.valid()) return Error{"record", "of a robot without a valid name"};
   // Nobody else writes for this robot: what claims a later life of it is forged.
-  if (log.robot == self_ && log.incarnation > incarnation_)
+  if (log.robot == self_.robot && log.incarnation > self_.incarnation)
     return Error{"record", "in this robot's own name, of a life that it has not begun"};
-  if (log.robot == self_ && log.incarnation < incarnation_) return static_cast<TeamMember*>(nullptr);
-  if (members_.size() >= kMaxRobots && !members_.contains(log.robot))
+  if (log.robot == self_.robot && log.incarnation == repeated_) return static_cast<TeamMember*>(nullptr);
+  const ChainId chain{log.robot, log.incarnation};
+  if (const auto known = members_.find(chain); known != members_.end()) return &known->second;
+  std::set<RobotId> robots;
+  for (const auto& [id, member] : members_) robots.insert(id.robot);
+  if (robots.size() >= kMaxRobots && !robots.contains(log.robot))
     return Error{"record", "of one robot more than a team may have"};
-  TeamMember& member = members_[log.robot];
-  if (log.incarnation < member.incarnation) return static_cast<TeamMember*>(nullptr);
-  if (log.incarnation > member.incarnation) {
-    member = TeamMember{};
-    ++revision_;
-    member.incarnation = log.incarnation;
-  }
-  return &member;
+  return begin(chain);
 }
 
 Result<bool> TeamLog::apply(const RecordPtr& record, Instant now) {
@@ -47,16 +64,33 @@ Result<bool> TeamLog::apply(const RecordPtr& record, Instant now) {
   return true;
 }
 
-const TeamMember* TeamLog::find(const RobotId& robot) const {
-  const auto at = members_.find(robot);
+const TeamMember* TeamLog::find(const ChainId& chain) const {
+  const auto at = members_.find(chain);
   return at == members_.end() ? nullptr : &at->second;
+}
+
+ChainId TeamLog::present(const RobotId& robot) const {
+  if (robot == self_.robot) return self_;
+  const auto after = members_.upper_bound({robot, std::numeric_limits<std::uint64_t>::max()});
+  if (after == members_.begin() || std::prev(after)->first.robot != robot) return {robot, 0};
+  return std::prev(after)->first;
 }
 
 std::vector<RobotId> TeamLog::robots() const {
   std::vector<RobotId> ids;
-  for (const auto& [id, member] : members_)
-    if (member.counts()) ids.push_back(id);
+  for (const auto& [chain, member] : members_)
+    if (member.counts() && chain == present(chain.robot)) ids.push_back(chain.robot);
   return ids;
+}
+
+std::vector<ChainId> TeamLog::chains() const {
+  std::set<ChainId> repeated;
+  for (const auto& [chain, member] : members_)
+    if (member.repeats != 0 && member.repeats < chain.incarnation) repeated.insert({chain.robot, member.repeats});
+  std::vector<ChainId> out;
+  for (const auto& [chain, member] : members_)
+    if (member.counts() && !repeated.contains(chain)) out.push_back(chain);
+  return out;
 }
 
 }  // namespace onemap::mapping

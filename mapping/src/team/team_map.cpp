@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "mapping/team/link_table.hpp"
+#include "mapping/team/placed_anchors.hpp"
+#include "mapping/team/way_on_map.hpp"
 
 namespace onemap::mapping {
 
@@ -14,12 +16,13 @@ TeamMap::TeamMap(const RobotId& self, std::uint64_t incarnation, const TeamMapCo
       places_(config.places),
       loops_(config.verify, config.merge_while_mapping),
       verifier_(config.verify, places_, config.merge_while_mapping, config.lost_after),
+      solver_(map_parameters(config.atlas)),
       decision_(config.lost_after),
-      fusion_(config.atlas) {}
+      fusion_(config.atlas.map.budget_bytes) {}
 
 void TeamMap::apply(const RecordPtr& record, Instant now) {
-  const TeamMember* before = log_.find(record->id.log.robot);
-  const bool greeted = before != nullptr && before->counts() && before->incarnation == record->id.log.incarnation;
+  const TeamMember* before = log_.find(ChainId{record->id.log.robot, record->id.log.incarnation});
+  const bool greeted = before != nullptr && before->counts();
   view_.settled = false;  // until somebody has looked
   const auto taken = log_.apply(record, now);
   if (!taken)
@@ -39,14 +42,15 @@ void TeamMap::refuse(const RecordId& id, std::uint16_t kind, const std::string& 
 
 void TeamMap::tell(const Record& record, bool first_hello) {
   const RobotId& robot = record.id.log.robot;
-  const TeamMember* member = log_.find(robot);
+  const ChainId chain{robot, record.id.log.incarnation};
+  const TeamMember* member = log_.find(chain);
   if (member == nullptr) return;
   const auto kind = static_cast<RecordKind>(record.kind);
   if (kind == RecordKind::hello && first_hello && robot != self_)
     events_.emplace_back(RobotJoined{robot, member->camera});
   if (kind == RecordKind::finished && member->finished) events_.emplace_back(RobotFinished{robot, *member->finished});
   if (kind != RecordKind::link) return;
-  if (const auto link = decode_link(record.body); link) events_.emplace_back(LinkLooked{robot, *link});
+  if (const auto link = decode_link(record.body); link) events_.emplace_back(LinkLooked{chain, *link});
 }
 
 void TeamMap::begin_life(std::uint64_t incarnation) {
@@ -60,14 +64,17 @@ void TeamMap::presence(std::map<RobotId, Instant> last_sign, std::set<RobotId> r
 
 bool TeamMap::step(Instant now, const Stop& stop) {
   worked_ = Work::none;
+  now_ = now;
   const Agreement team(log_, presence_, now);
   note_end(team, now);
-  return find_loops(team, now, stop) || verify(team, now, stop) || decide(team) || fuse(team, now, stop);
+  return find_loops(team, now, stop) || verify(team, now, stop) || decide(team, now) || fuse(team, now, stop);
 }
 
+// While robots map, solving gets a tenth of the time at most, and fusing a third.
 void TeamMap::took(Duration cost) {
   if (worked_ == Work::verified) verifier_.took(cost);
-  if (worked_ == Work::fused) next_interim_fusion_ += 10 * cost;
+  if (worked_ == Work::solved) next_solve_ += 10 * cost;
+  if (worked_ == Work::fused) next_aim_ += 3 * cost;
 }
 
 bool TeamMap::find_loops(const Agreement& team, Instant now, const Stop& stop) {
@@ -85,64 +92,117 @@ bool TeamMap::verify(const Agreement& team, Instant now, const Stop& stop) {
 }
 
 bool TeamMap::map_is_due(const Agreement& team) const {
-  if (team.ready()) return true;
-  if (config_.merge_while_mapping <= Duration::zero() || team.over()) return false;
-  return std::ranges::any_of(counting_links(log_), [](const auto& l) { return l.reason == LinkReason::accepted; });
+  return team.ready() || (config_.merge_while_mapping > Duration::zero() && !team.over());
 }
 
-// Once the links are all that will come, the very solution that follows from them; before, whatever is near enough.
-bool TeamMap::decide(const Agreement& team) {
-  if (!map_is_due(team) || decision_.decider(team) != self_) return false;
-  const SolutionRecord* mine = published_ ? &*published_ : nullptr;
-  const auto wanted = solver_.wanted(team, mine);
-  if (!wanted || same_solution(&*wanted, mine)) return false;
-  const SolutionRecord* made = decision_.made(team, solver_);
-  const bool mine_counts = made != nullptr && same_solution(made, mine);
-  if (made != nullptr && !mine_counts) return false;  // of one that has gone
-  if (mine_counts && !team.ready() && agree(log_, *mine, *wanted, TeamSolver::kWorth_m)) return false;
-  published_ = wanted;
-  records_.push_back({Lane::poses, RecordKind::solution, encode(*wanted)});
+bool TeamMap::publish(SolutionRecord solution) {
+  records_.push_back({Lane::poses, RecordKind::solution, encode(solution)});
+  published_ = std::move(solution);
+  next_frontier_ = {};
   return true;
 }
 
+bool TeamMap::decide(const Agreement& team, Instant now) {
+  if (!map_is_due(team) || decision_.decider(team) != self_) return false;
+  if (!team.ready()) return decide_now(team, now) || say_frontier(now);
+  // The links are all that will come: the very solution that follows from them.
+  auto wanted = solver_.wanted(team, nullptr);
+  if (!wanted || wanted == published_) return false;
+  const TeamMember* made = decision_.made(team, solver_);
+  if (made != nullptr && made->solution != published_) return false;  // of one that has gone
+  return publish(std::move(*wanted));
+}
+
+// While robots map: whatever is near enough to the solution in use, which may be of one that has gone.
+bool TeamMap::decide_now(const Agreement& team, Instant now) {
+  if (log_.revision() == solved_revision_ || now < next_solve_) return false;
+  solved_revision_ = log_.revision();
+  next_solve_ = now + config_.map_interval;
+  worked_ = Work::solved;
+  const TeamMember* made = published_ ? nullptr : decision_.made(team, solver_);
+  const SolutionRecord* in_use = published_ ? &*published_ : made != nullptr ? &*made->solution : nullptr;
+  auto wanted = solver_.wanted(team, in_use);
+  if (!wanted || (published_ && agree(log_, *published_, *wanted, TeamSolver::kWorth_m))) return false;
+  return publish(std::move(*wanted));
+}
+
+bool TeamMap::say_frontier(Instant now) {
+  if (!published_ || now < next_frontier_) return false;
+  FrontierRecord here{digest(*published_), everything_here(log_, *published_)};
+  if (here == frontier_) return false;
+  frontier_ = std::move(here);
+  next_frontier_ = now + config_.map_interval;
+  records_.push_back({Lane::poses, RecordKind::frontier, encode(frontier_)});
+  return true;
+}
+
+std::optional<MapTarget> TeamMap::target(const Agreement& team) {
+  const TeamMember* made = map_is_due(team) ? decision_.made(team, solver_) : nullptr;
+  if (made == nullptr) return std::nullopt;
+  if (team.ready()) return MapTarget{*made->solution, everything_here(log_, *made->solution)};
+  const auto& frontier = made->frontier;
+  if (!frontier || frontier->solution != made->solution_digest || !holds(log_, frontier->chains)) return std::nullopt;
+  return MapTarget{*made->solution, frontier->chains};
+}
+
+bool TeamMap::all_here(const Agreement& team, const SolutionRecord& solution) const {
+  return std::ranges::all_of(solution.robots, [&](const SolvedRobot& solved) { return team.all_here(solved.chain); });
+}
+
+// What was begun while robots map is finished first, even when it is out of date by then.
+void TeamMap::take_aim(const Agreement& team, Instant now) {
+  if (!team.ready() && (fusion_.underway() || now < next_aim_)) return;
+  auto wanted = target(team);
+  if (!wanted) return;
+  final_ = team.ready() && all_here(team, wanted->solution);
+  if (fusion_.aims_at(*wanted) || (!final_ && now < next_aim_)) return;
+  next_aim_ = now + config_.map_interval / (team.ready() ? 4 : 1);
+  fusion_.aim(log_, std::move(*wanted));
+  if (fusion_.done()) fused();
+}
+
 bool TeamMap::fuse(const Agreement& team, Instant now, const Stop& stop) {
-  const bool final = team.over(), outdated = fusion_.outdated(log_);
-  const SolutionRecord* made = map_is_due(team) ? decision_.made(team, solver_) : nullptr;
-  const bool current = made != nullptr && !outdated && fusion_.solution() && same_solution(&*fusion_.solution(), made);
-  // What was begun while robots map is finished first, even when its solution is out of date by then.
-  if (!fusion_.underway() || (!current && (outdated || final))) {
-    if (made == nullptr || (current && fusion_.complete(log_))) return false;
-    if (!final && now < next_interim_fusion_) return false;
-    fusion_.begin(*made);
-    next_interim_fusion_ = now + config_.merge_while_mapping;
-  }
-  const TeamMember* member = log_.find(fusion_.next());
-  if (member == nullptr) return false;
-  if (final && !team.all_here(fusion_.next())) return false;  // its voxels are still on their way
-  if (!fusion_.add(*member, stop)) return false;
+  const std::uint64_t before = view_.digest;
+  take_aim(team, now);
+  if (!fusion_.underway()) return view_.digest != before;
+  if (!fusion_.step(stop)) return false;
   worked_ = Work::fused;
-  if (fusion_.done()) fused(final);
+  if (fusion_.done()) fused();
   return true;
 }
 
 void TeamMap::finish_fusion(const Stop& stop) {
-  while (fusion_.underway()) {
-    const TeamMember* member = log_.find(fusion_.next());
-    if (member == nullptr || !fusion_.add(*member, stop)) break;
-    if (fusion_.done()) fused(over_);
-  }
+  while (fusion_.underway() && fusion_.step(stop))
+    if (fusion_.done()) fused();
 }
 
-void TeamMap::fused(bool final) {
+void TeamMap::fused() {
+  constexpr std::size_t kDigests = 32;
   for (const auto& [id, reason] : fusion_.take_malformed())
     if (malformed_.insert(id).second) refuse(id, static_cast<std::uint16_t>(RecordKind::submap), reason);
   fused_anew_ = true;
   view_.digest = fusion_.digest();
-  view_.robots_in_map = fusion_.solution()->robots.size();
+  if (view_.digests.size() == kDigests) view_.digests.erase(view_.digests.begin());
+  view_.digests.push_back(view_.digest);
+  std::set<RobotId> robots;
+  for (const SolvedRobot& solved : fusion_.solution()->robots) robots.insert(solved.chain.robot);
+  view_.robots_in_map = robots.size();
   view_.blocks = fusion_.map()->used();
   view_.blocks_refused = fusion_.map()->counters().blocks_refused;
   view_.submaps_left_out = fusion_.submaps_left_out();
   view_.blocks_unplaced = fusion_.blocks_unplaced();
+  view_.T_map_odometry.reset();
+  if (const SolvedRobot* solved = find_solved(*fusion_.solution(), log_.own_chain()); solved != nullptr && log_.own())
+    view_.T_map_odometry = correction_now(*log_.own(), *solved);
+  tell_fused(final_);
+}
+
+// A map that grows is told now and then.
+void TeamMap::tell_fused(bool final) {
+  constexpr Duration kTellAgain = std::chrono::seconds(10);
+  const std::uint64_t solution = mapping::digest(*fusion_.solution());
+  if (!final && told_ && told_->first == solution && now_ - told_->second < kTellAgain) return;
+  told_ = {solution, now_};
   events_.emplace_back(MapFused{final, view_.digest, *fusion_.solution(), fusion_.submaps(), fusion_.submaps_left_out(),
                                 fusion_.map()->used(), view_.blocks_refused});
 }
@@ -172,12 +232,12 @@ void TeamMap::update_view(const Agreement& team) {
   for (const RobotId& robot : team.robots()) view_.robots_finished += log_.find(robot)->finished ? 1 : 0;
   view_.waiting = team.waiting();
   const auto elected = decision_.decider(team);
-  const SolutionRecord* final = team.ready() ? decision_.made(team, solver_) : nullptr;
+  const TeamMember* final = team.ready() ? decision_.made(team, solver_) : nullptr;
   if (view_.waiting.empty() && team.ready() && elected && *elected != self_ && final == nullptr)
     view_.waiting.push_back({*elected, Waiting::What::solution, team.silent(*elected)});
-  const bool all_here = std::ranges::all_of(team.robots(), [&](const RobotId& r) { return team.all_here(r); });
-  const bool settled =
-      final != nullptr && all_here && fusion_.complete(log_) && same_solution(final, &*fusion_.solution());
+  const bool everything = std::ranges::all_of(team.chains(), [&](const ChainId& c) { return team.all_here(c); });
+  const bool settled = final != nullptr && everything &&
+                       fusion_.at({*final->solution, everything_here(log_, *final->solution)});
   if (settled && std::exchange(told_settled_, view_.digest) != view_.digest)
     events_.emplace_back(MapSettled{view_.digest, view_.blocks, view_.submaps_refused});
   view_.settled = settled;
@@ -192,13 +252,14 @@ void TeamMap::observe(Instant now) {
   update_view(team);
 }
 
-std::optional<SolutionRecord> TeamMap::solution() const { return fusion_.done() ? fusion_.solution() : std::nullopt; }
-
 std::string TeamMap::graph() const {
-  const auto solved = solution();
-  return solved ? graph_text(log_, *solved) : std::string();
+  return solution() != nullptr ? graph_text(log_, *solution()) : std::string();
 }
 
-std::vector<LinkRecord> TeamMap::links() const { return counting_links(log_); }
+std::vector<LinkRecord> TeamMap::links() const {
+  std::vector<LinkRecord> out;
+  for (const TeamLink& link : counting_links(log_)) out.push_back(*link.link);
+  return out;
+}
 
 }  // namespace onemap::mapping

@@ -23,6 +23,7 @@ Status keep_hello(const Record& record, TeamMember& member) {
   if (hello->name != record.id.log.robot.name()) return Error{"hello record, name", "not that of the log's robot"};
   member.name = std::move(hello->name);
   member.camera = printable(hello->camera);
+  member.repeats = hello->repeats;
   return success();
 }
 
@@ -47,7 +48,7 @@ Status keep_poses(const RecordPtr& record, TeamMember& member) {
 Status keep_submap(const RecordPtr& record, TeamMember& member) {
   auto header = decode_submap_header(record->body);
   if (!header) return ++member.submaps_refused, header.error();
-  member.submaps.push_back(record);
+  member.submaps.push_back({record, header->anchor_keyframe, header->blocks});
   return success();
 }
 
@@ -56,11 +57,19 @@ Status keep_link(const Record& record, TeamMember& member) {
   if (!link) return link.error();
   const RobotId& author = record.id.log.robot;
   if (link->a != author && link->b != author) return Error{"link record", "not written by a robot of its pair"};
-  const RobotId& other = link->a == author ? link->b : link->a;
+  const ChainId other{link->a == author ? link->b : link->a, link->incarnation_other};
+  if (other == ChainId{author, record.id.log.incarnation})
+    if (Status status = check_own_loops(*link); !status) return status;
   if (member.links.size() >= TeamMember::kMaxLinks && !member.links.contains(other))
-    return Error{"link record", "this robot has links to as many as are looked at"};
+    return Error{"link record", "this robot has links to as many lives as are looked at"};
   member.links.insert_or_assign(other, *link);
   return success();
+}
+
+Status keep_solution(const Record& record, TeamMember& member) {
+  const Status status = keep(decode_solution(record.body), member.solution);
+  if (status) member.solution_digest = digest(*member.solution);
+  return status;
 }
 
 }  // namespace
@@ -78,7 +87,9 @@ Status TeamMember::apply(const RecordPtr& record) {
     case RecordKind::link:
       return keep_link(*record, *this);
     case RecordKind::solution:
-      return keep(decode_solution(record->body), solution);
+      return keep_solution(*record, *this);
+    case RecordKind::frontier:
+      return keep(decode_frontier(record->body), frontier);
     case RecordKind::finished:
       return keep(decode_finished(record->body), finished);
   }

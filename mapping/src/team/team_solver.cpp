@@ -9,7 +9,7 @@ constexpr std::size_t kAnswers = 4;  // whoever may decide has one, and there is
 }
 
 std::optional<SolutionRecord> TeamSolver::wanted(const Agreement& team, const SolutionRecord* in_use) {
-  if (team.robots().empty()) return std::nullopt;
+  if (team.chains().empty()) return std::nullopt;
   if (team.ready()) in_use = nullptr;
   const std::uint64_t revision = team.log().revision();
   std::erase_if(answers_, [&](const Answer& answer) { return answer.revision != revision; });
@@ -19,7 +19,8 @@ std::optional<SolutionRecord> TeamSolver::wanted(const Agreement& team, const So
   if (known != answers_.end()) return known->solution;
   if (answers_.size() == kAnswers) answers_.erase(answers_.begin());
   ++solved_;
-  answers_.push_back({revision, std::move(from), solve_team(team.log(), team.robots(), in_use)});
+  answers_.push_back({revision, std::move(from), solve_team(team.log(), team.chains(), in_use)});
+  answers_.back().solution.map = map_;
   return answers_.back().solution;
 }
 

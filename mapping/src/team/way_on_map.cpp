@@ -13,7 +13,7 @@ namespace {
 using Bends = std::map<std::uint32_t, Pose>;
 
 Bends bends(const TeamMember& member, const SolvedRobot& solved) {
-  const auto own = placed_anchors(member, {solved.robot, solved.incarnation, {}}),
+  const auto own = placed_anchors(member, {solved.chain, {}}),
              placed = placed_anchors(member, solved);
   Bends out;
   for (std::size_t i = 0; i < own.size(); ++i)

@@ -42,6 +42,20 @@ struct Voxel {
     rgb_sum[2] = static_cast<std::uint16_t>(rgb_sum[2] + b);
     color_weight = (color_weight + 1u) & 0xFFu;
   }
+  // Whether so much more would saturate: then the order of adding begins to matter.
+  bool would_saturate(int w) const { return weight + w > kMaxWeight; }
+  bool color_would_saturate() const { return color_weight == kMaxColorWeight; }
+  // Take back what was added, exactly, unless something saturated in between.
+  void take_tsdf(int value, int w) {
+    tsdf_sum = tsdf_sum - w * value;
+    weight = static_cast<std::uint16_t>(weight - w);
+  }
+  void take_color(int r, int g, int b) {
+    rgb_sum[0] = static_cast<std::uint16_t>(rgb_sum[0] - r);
+    rgb_sum[1] = static_cast<std::uint16_t>(rgb_sum[1] - g);
+    rgb_sum[2] = static_cast<std::uint16_t>(rgb_sum[2] - b);
+    color_weight = (color_weight - 1u) & 0xFFu;
+  }
   // Mean distance in units of the truncation / kTsdfOne, rounded to nearest; needs weight > 0.
   int tsdf() const {
     const int half = weight / 2;

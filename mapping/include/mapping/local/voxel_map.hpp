@@ -20,6 +20,7 @@ struct VoxelMapConfig {
   float voxel_m = 0.02f;
   float truncation_m = 0.06f;
   std::size_t budget_bytes = 48u << 20;  // everything the map ever owns, taken in the constructor
+  std::size_t most_blocks = SIZE_MAX;    // of what the budget holds no more are used
   float max_depth_m = 4.0f;              // farther readings are not fused (noise grows with the square)
   std::size_t image_pixels = 640 * 480;  // images to be fused have at most so many; 0 for a map that fuses none
   // true: every page of the budget is the map's from the start, so integrate() never waits for one; false: the budget
@@ -72,7 +73,8 @@ class VoxelMap {
   Voxel* find_or_add(const BlockKey& key);
   void mark_handed_out();  // as it is now: what take_settled() will give changed later
 
-  void clear();  // empty again; its blocks are the pool's
+  void clear();        // empty again; its blocks are the pool's
+  void drop_unseen();  // gives back the blocks without an observed voxel
 
   std::size_t capacity() const { return shared_->pool.capacity(); }  // blocks, of the pool
   std::size_t room() const { return shared_->pool.free(); }          // of these, that nobody uses
@@ -101,6 +103,7 @@ class VoxelMap {
   struct Viewpoint;                                  // of the frame being fused
   std::int32_t index_of(const BlockKey& key) const;  // -1: not there
   std::int32_t index_or_add(const BlockKey& key);    // -1: the pool is full
+  void drop(std::size_t block);
   void touch(const BlockKey& key);
   void touch_seen_blocks(const Viewpoint& from);
   void touch_segment(const Vector3f& from, const Vector3f& to);

@@ -11,6 +11,8 @@ namespace onemap::mapping {
 struct HelloRecord {   // lane control, first record of a robot
   std::string name;    // 1..16 characters
   std::string camera;  // 0..200 bytes without control characters, for people
+  // An earlier life of this robot, all of whose records this one holds again (see comms: outlived); 0: none.
+  std::uint64_t repeats = 0;
 };
 
 std::vector<std::uint8_t> encode(const HelloRecord& record);

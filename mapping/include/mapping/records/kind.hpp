@@ -15,7 +15,8 @@ enum class RecordKind : std::uint16_t {
   submap = 4,
   link = 5,
   solution = 6,
-  finished = 7
+  finished = 7,
+  frontier = 8
 };
 
 // Lanes keep small and urgent records from waiting behind large ones; lower goes first.

@@ -30,10 +30,11 @@ struct LinkPair {
   bool operator==(const LinkPair&) const = default;
 };
 
-// A verified (or refused) relation of two robots' maps: the paper's quality ratio and eq. (11). One of the two writes
-// it: a, and b only when a is gone. Or, with a = b, the places that one robot came back to.
+// A verified (or refused) relation of two chains' maps: the paper's quality ratio and eq. (11). One of the two writes
+// it, about itself and the other: the lower one, and the higher one when the lower is gone or an earlier life. Or, with
+// a = b and its own life, the places that one robot came back to.
 struct LinkRecord {                                // lane poses
-  RobotId a, b;                                    // a <= b
+  RobotId a, b;                                    // a <= b; of one robot's two lives a is the earlier one
   std::uint64_t incarnation_other = 0;             // which life of the other one; the author's is that of its log
   std::uint32_t keyframes_a = 0, keyframes_b = 0;  // so many keyframes of each were looked at
   std::uint32_t keyframe_a = 0, keyframe_b = 0;    // the best pair of clouds r, s
@@ -42,11 +43,14 @@ struct LinkRecord {                                // lane poses
   std::uint32_t inliers = 0;           // matched features that agree, over all supporting pairs; 1000 of each at most
   std::uint32_t ratio_e4 = 0;          // quality ratio of the best pair: inliers / features, times 10000
   std::int32_t error_um = 0;           // rms of the supporting pairs' residual
-  QuantizedPose T_a_b;                 // ref_a T ref_b, if both robots' odometry were right; a = b: the identity
+  QuantizedPose T_a_b;                 // ref_a T ref_b, if both robots' odometry were right; one life: the identity
   // Every verified pair, also those that do not support T_a_b: odometry drifts, and the pose graph judges. Sorted by
-  // (keyframe_a, keyframe_b), each once; a = b: keyframe_a < keyframe_b. At most 256; none unless accepted.
+  // (keyframe_a, keyframe_b), each once; of one life keyframe_a < keyframe_b. At most 256; none unless accepted.
   std::vector<LinkPair> pairs;
 };
+
+// Of one life the places that it came back to must be two each: what decode_link() cannot know.
+Status check_own_loops(const LinkRecord& record);
 
 std::vector<std::uint8_t> encode(const LinkRecord& record);
 Result<LinkRecord> decode_link(std::span<const std::uint8_t> body);

@@ -3,9 +3,9 @@
 #include <span>
 #include <vector>
 
-#include "hal/base/ids.hpp"
 #include "hal/base/result.hpp"
 #include "mapping/geometry.hpp"
+#include "mapping/records/chain_id.hpp"
 
 namespace onemap::mapping {
 
@@ -19,19 +19,29 @@ struct PlacedAnchor {
 // One life of a robot that is in the map. An anchor that is not listed keeps its odometry from the one before it, or
 // from the first; with none listed the robot's own frame is the map's.
 struct SolvedRobot {
-  RobotId robot;
-  std::uint64_t incarnation = 0;
+  ChainId chain;
   std::vector<PlacedAnchor> anchors;  // sorted by keyframe, each once; at most 4096
+  bool operator==(const SolvedRobot&) const = default;
+};
+
+// What the global map is like, whatever each robot's configuration says: the elected robot's.
+struct MapParameters {
+  std::int32_t voxel_um = 20'000, truncation_um = 60'000;  // micrometres; 1 mm to 1 m, and 1 to 100 voxels
+  std::uint32_t blocks = 1u << 20;                         // at most so many; 1 to 2^24
+  bool operator==(const MapParameters&) const = default;
 };
 
 // The team's pose graph, solved: what everybody's map is made of.
 struct SolutionRecord {                             // lane poses; of the elected robot; the last one counts
-  RobotId reference;                                // the global frame hangs on this robot's first anchor
-  std::vector<SolvedRobot> robots;                  // in the map, sorted by id, the reference among them; at most 1024
+  ChainId reference;                                // the global frame hangs on this chain's first anchor
+  std::vector<SolvedRobot> robots;                  // in the map, sorted by chain, the reference among them; <= 1024
   std::uint32_t links_used = 0, links_refused = 0;  // pairs of keyframes
+  MapParameters map;
+  bool operator==(const SolutionRecord&) const = default;
 };
 
 std::vector<std::uint8_t> encode(const SolutionRecord& record);
 Result<SolutionRecord> decode_solution(std::span<const std::uint8_t> body);
+std::uint64_t digest(const SolutionRecord& record);  // XXH64 of its encoding
 
 }  // namespace onemap::mapping

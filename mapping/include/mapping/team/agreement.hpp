@@ -26,15 +26,18 @@ class Agreement {
   Agreement(const TeamLog& log, const Presence& presence, Instant now);
 
   const TeamLog& log() const { return log_; }
-  const std::vector<RobotId>& robots() const { return robots_; }  // that count
-  const std::set<RobotId>& gone() const { return gone_; }         // of those
+  Instant now() const { return now_; }
+  const std::vector<RobotId>& robots() const { return robots_; }  // whose present lives count
+  const std::vector<ChainId>& chains() const { return chains_; }  // all lives that count
+  const std::set<RobotId>& gone() const { return gone_; }         // of the robots
+  bool present(const ChainId& chain) const;                       // somebody goes on with this life, and is not gone
   bool over() const;                                              // nobody writes more of its camera
-  bool keyframes_here(const RobotId& robot) const;                // as many as will come
-  bool all_here(const RobotId& robot) const;                      // as much as will come
-  // Who has to look whether the two belong together: the lower id, the other one when that is gone. Nobody when both
-  // are: then the records that there are decide.
-  std::optional<RobotId> verifier(const RobotId& a, const RobotId& b) const;
-  bool verified(const RobotId& a, const RobotId& b) const;  // with all keyframes, or there is nothing to look at
+  bool keyframes_here(const ChainId& chain) const;                // as many as will come
+  bool all_here(const ChainId& chain) const;                      // as much as will come
+  // Who has to look whether the two belong together: the lower one, the other one when that is gone or an earlier life.
+  // Nobody when both are: then the records that there are decide.
+  std::optional<RobotId> verifier(const ChainId& a, const ChainId& b) const;
+  bool verified(const ChainId& a, const ChainId& b) const;  // with all keyframes, or there is nothing to look at
   bool looked_at_own(const RobotId& robot) const;           // for places that it came back to, or nobody will
   // Whether the links are all that will come: the work is over and every pair is verified.
   bool ready() const;
@@ -44,14 +47,16 @@ class Agreement {
   std::vector<Waiting> waiting() const;
 
  private:
-  const TeamMember& member(const RobotId& robot) const;
-  bool nothing_more_comes(const RobotId& robot) const;
+  const TeamMember& member(const ChainId& chain) const;
+  const TeamMember& member(const RobotId& robot) const { return member(log_.present(robot)); }
+  bool nothing_more_comes(const ChainId& chain) const;
   std::optional<Waiting::What> owes(const RobotId& robot) const;
 
   const TeamLog& log_;
   const Presence& presence_;
   const Instant now_;
   std::vector<RobotId> robots_;
+  std::vector<ChainId> chains_;
   std::set<RobotId> gone_;
 };
 

@@ -4,18 +4,18 @@
 #include <span>
 #include <vector>
 
-#include "mapping/records/link.hpp"
+#include "mapping/team/link_table.hpp"
 
 // Who decides for the team. Anyone can compute it, so anyone can take over.
 namespace onemap::mapping {
 
-// The robots in groups that accepted links join, directly or through others: the largest group first, of equal ones
+// The chains in groups that accepted links join, directly or through others: the largest group first, of equal ones
 // that with the lowest id; each group sorted.
-std::vector<std::vector<RobotId>> islands(std::span<const RobotId> robots, std::span<const LinkRecord> links);
+std::vector<std::vector<ChainId>> islands(std::span<const ChainId> chains, std::span<const TeamLink> links);
 
 // The lowest id that may decide, of the first island that has one: a robot that nothing joins to the map never decides
 // over those that are in it. Nothing when nobody may.
-std::optional<RobotId> elect(const std::vector<std::vector<RobotId>>& islands,
-                             const std::function<bool(const RobotId&)>& may_decide);
+std::optional<RobotId> elect(const std::vector<std::vector<ChainId>>& islands,
+                             const std::function<bool(const ChainId&)>& may_decide);
 
 }  // namespace onemap::mapping

@@ -1,41 +1,57 @@
 #pragma once
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "mapping/records/frontier.hpp"
 #include "mapping/team/atlas.hpp"
 #include "mapping/team/team_log.hpp"
 
 namespace onemap::mapping {
 
-// Builds the global map of a solution one robot after the other, in the solution's order, so that only one robot's
-// submaps are decoded at a time; and of that robot no more than as many bytes as the global map itself may have. What
-// does not fit is left out and counted, from the oldest. Used by one thread.
+// What a map is made of: of these chains so many records, placed as the solution says.
+struct MapTarget {
+  SolutionRecord solution;
+  std::vector<ChainExtent> extents;  // sorted by chain; a chain that is not listed has nothing in the map
+  bool operator==(const MapTarget&) const = default;
+};
+
+MapParameters map_parameters(const AtlasConfig& config);  // of a map that a robot with this configuration can hold
+
+// Of the solution's chains all that is here.
+std::vector<ChainExtent> everything_here(const TeamLog& log, const SolutionRecord& solution);
+bool holds(const TeamLog& log, const std::vector<ChainExtent>& extents);  // all of it is here
+
+// Builds the map of a target one submap after the other, and from there that of the next one: only submaps that have
+// got more, or whose anchor moved, are fused again. The map is a function of the target alone. Only one submap is
+// decoded at a time, and of that no more than half as many bytes as the map itself may have; what does not fit is left
+// out and counted, from the oldest. Used by one thread.
 class MapFusion {
  public:
-  explicit MapFusion(const AtlasConfig& config) : config_(config) {}
+  explicit MapFusion(std::size_t budget_bytes) : budget_bytes_(budget_bytes) {}
 
-  void begin(const SolutionRecord& solution);  // anew; the map before is gone
-  bool underway() const { return solution_.has_value() && next_ < solution_->robots.size(); }
-  bool done() const { return solution_.has_value() && !underway(); }
+  // Goes there from now on, from wherever it is. The log must hold the target.
+  void aim(const TeamLog& log, MapTarget target);
+  bool underway() const { return target_.has_value() && !todo_.empty(); }
+  bool done() const { return target_.has_value() && todo_.empty(); }
+  bool at(const MapTarget& target) const { return done() && *target_ == target; }
+  bool aims_at(const MapTarget& target) const { return target_ && *target_ == target; }
+  // underway(): fuses the next submap. False, and nothing is done, when stop() says true in between.
+  bool step(const std::function<bool()>& stop);
 
-  const RobotId& next() const { return solution_->robots[next_].robot; }  // underway(): whose submaps are wanted
-  // Fuses next()'s. False, and nothing is done, when stop() says true in between.
-  bool add(const TeamMember& member, const std::function<bool()>& stop);
-
-  bool outdated(const TeamLog& log) const;  // a robot that is in began a new life
-  bool complete(const TeamLog& log) const;  // of all robots that are in, all submaps and anchors that are here went in
-
-  const std::optional<SolutionRecord>& solution() const { return solution_; }  // underway or done
-  std::size_t submaps() const { return submaps_; }                             // records that went in
-  std::size_t submaps_left_out() const { return submaps_left_out_; }           // beyond what may be decoded
+  const std::optional<MapTarget>& target() const { return target_; }
+  const SolutionRecord* solution() const { return done() ? &target_->solution : nullptr; }
   const VoxelMap* map() const { return done() ? &atlas_->map() : nullptr; }
-  std::uint64_t digest() const;  // of the map and of where the solution puts whom, whatever lives these are
-  std::uint64_t blocks_unplaced() const { return atlas_ ? atlas_->counters().blocks_unplaced : 0; }  // no known anchor
+  std::uint64_t digest() const;  // of the map and of where the solution puts whom, whatever lives these are; done()
 
-  // Records whose content turned out to be malformed; each is told whenever it was to be fused.
+  std::size_t submaps() const { return submaps_; }   // records that are in the target
+  std::size_t submaps_left_out() const;              // beyond what may be decoded
+  std::uint64_t blocks_unplaced() const { return blocks_unplaced_; }  // hung on an anchor nobody knows
+  std::uint64_t submaps_fused() const { return fused_count_; }        // so far, again and again
+
   struct Malformed {
     RecordId id;
     std::string reason;
@@ -43,15 +59,34 @@ class MapFusion {
   std::vector<Malformed> take_malformed() { return std::exchange(malformed_, {}); }
 
  private:
-  struct Added {
-    std::uint64_t incarnation = 0;
-    std::size_t submaps = 0, keyframes = 0;
+  struct SubmapId {  // in the order in which they are fused from nothing
+    ChainId chain;
+    std::uint32_t anchor = 0;
+    auto operator<=>(const SubmapId&) const = default;
   };
-  const AtlasConfig config_;
-  std::unique_ptr<Atlas> atlas_;  // made for the first solution
-  std::optional<SolutionRecord> solution_;
-  std::size_t next_ = 0, submaps_ = 0, submaps_left_out_ = 0;
-  std::vector<Added> added_;  // of the solution's robots before next_
+  struct Version {
+    QuantizedPose T_map_anchor;
+    std::vector<RecordPtr> records;  // in the order of their log
+    std::size_t left_out = 0;
+    bool same(const Version& other) const { return T_map_anchor == other.T_map_anchor && records == other.records; }
+  };
+  using Versions = std::map<SubmapId, Version>;
+  Versions wanted(const TeamLog& log);
+  bool decode(const Version& version, LatestSubmaps& into, std::size_t& left_out, std::vector<Malformed>& malformed,
+              const std::function<bool()>& stop) const;
+  void start_over();
+  void prepare(const MapParameters& map);
+  std::size_t most_decoded() const { return budget_bytes_ / sizeof(SubmapBlock) / 2; }
+
+  const std::size_t budget_bytes_;
+  std::unique_ptr<Atlas> atlas_;
+  MapParameters parameters_;
+  std::optional<MapTarget> target_;
+  Versions wanted_, fused_;
+  std::vector<SubmapId> todo_;  // the next one is the last
+  bool from_nothing_ = false;   // in order, so that what is refused for want of room follows from the target
+  std::size_t submaps_ = 0;
+  std::uint64_t blocks_unplaced_ = 0, fused_count_ = 0;
   std::vector<Malformed> malformed_;
 };
 

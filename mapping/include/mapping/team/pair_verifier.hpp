@@ -10,8 +10,8 @@
 
 namespace onemap::mapping {
 
-// Looks at the pairs of robots that are this robot's to look at, when they are due: those with robots of higher ids,
-// and those with lower ones that are gone or let the team wait for long. The others' keyframes ask this robot's places.
+// Looks at the pairs of chains that are this robot's to look at, when they are due: of its present life those with
+// higher ids, and those with lower ones that are earlier lives, or gone, or let the team wait for long. The others' keyframes ask this robot's places.
 // Used by one thread.
 class PairVerifier {
  public:
@@ -30,13 +30,13 @@ class PairVerifier {
  private:
   std::optional<std::vector<CloudPair>> pairs(const RobotId& self, const TeamMember& own, const KeyframeSource& foreign,
                                               bool own_first, const std::function<bool()>& stop);
-  bool mine(const Agreement& team, const RobotId& other, Instant now);
-  std::optional<Look> look(const Agreement& team, const RobotId& other, Instant now, const std::function<bool()>& stop);
+  bool mine(const Agreement& team, const ChainId& other, Instant now);
+  std::optional<Look> look(const Agreement& team, const ChainId& other, Instant now, const std::function<bool()>& stop);
 
   const VerifyConfig config_;
   PairSchedule schedule_;
-  Patience<RobotId> patience_;
-  std::optional<RobotId> last_;
+  Patience<ChainId> patience_;
+  std::optional<ChainId> last_;
   OwnPlaces& places_;
 };
 

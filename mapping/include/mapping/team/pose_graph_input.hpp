@@ -1,21 +1,14 @@
 #pragma once
 #include <cstdint>
 
-#include "hal/base/ids.hpp"
 #include "mapping/geometry.hpp"
+#include "mapping/records/chain_id.hpp"
 
 // What a pose graph is made of. Motions follow the house: T_a_b maps frame b to frame a, metres; errors and
 // information are of (rotation vector rad, translation m) in that order, as small_motion takes them.
 namespace onemap::mapping {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
-
-// One life of one robot: odometry without a gap. A robot that was switched off and on goes on as another chain.
-struct ChainId {
-  RobotId robot;
-  std::uint64_t incarnation = 0;
-  auto operator<=>(const ChainId&) const = default;
-};
 
 // A keyframe of a chain: an anchor, or one that hangs on an anchor.
 struct AnchorId {

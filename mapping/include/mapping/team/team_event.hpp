@@ -27,7 +27,7 @@ struct RobotBack {  // was gone
   RobotId robot;
 };
 struct LinkLooked {  // somebody looked at a pair; link.reason says whether they are linked
-  RobotId author;
+  ChainId author;
   LinkRecord link;
 };
 struct RecordRefused {

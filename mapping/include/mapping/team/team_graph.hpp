@@ -9,13 +9,13 @@
 // The team's pose graph from its records, and what it says as a record.
 namespace onemap::mapping {
 
-// A chain for each of `robots` with a keyframe: its anchors, by its odometry. A link for each pair of keyframes of the
-// links that count, and of the robots' own loops. What the graph has no room for is counted in its refused().
-PoseGraph team_graph(const TeamLog& log, std::span<const RobotId> robots);
+// A chain for each of `lives` with a keyframe: its anchors, by its odometry. A link for each pair of keyframes of the
+// links that count, and of the chains' own loops. What the graph has no room for is counted in its refused().
+PoseGraph team_graph(const TeamLog& log, std::span<const ChainId> lives);
 
 // Solves it. With the solution in use: starts from there, and keeps its reference and the anchors that would hardly
-// move. Without: a function of the records alone. With no keyframe anywhere the first robot alone is the map.
-SolutionRecord solve_team(const TeamLog& log, std::span<const RobotId> robots, const SolutionRecord* in_use = nullptr);
+// move. Without: a function of the records alone. With no keyframe anywhere the first life alone is the map.
+SolutionRecord solve_team(const TeamLog& log, std::span<const ChainId> lives, const SolutionRecord* in_use = nullptr);
 
 // The graph as g2o text (pose_graph_g2o.hpp), solved from the solution in use.
 std::string graph_text(const TeamLog& log, const SolutionRecord& in_use);

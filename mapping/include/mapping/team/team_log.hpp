@@ -7,35 +7,43 @@
 
 namespace onemap::mapping {
 
-// Everybody's records as members and their lives. A record of a newer life of another robot replaces what its earlier
-// lives wrote; of this robot's own lives only the one counts that it has begun itself. Which records count, and in what
-// order, follows from the record set and not from the order in which the logs arrive. Used by one thread.
+// Everybody's records as members: one for each life of each robot, a chain. An earlier life keeps its worth: its map
+// and its links count like anybody's; but only the newest life of a robot, its present one, can be asked for anything.
+// Of this robot's own lives the present one is that which it has begun itself. Which records count, and in what order,
+// follows from the record set and not from the order in which the logs arrive. Used by one thread.
 class TeamLog {
  public:
   static constexpr std::size_t kMaxRobots = 256;  // of whose records something is kept; more are refused
+  static constexpr std::size_t kMaxLives = 8;     // of a robot, the newest; what is earlier is not looked at
 
-  TeamLog(const RobotId& self, std::uint64_t incarnation) : self_(self), incarnation_(incarnation) {}
+  TeamLog(const RobotId& self, std::uint64_t incarnation) : self_{self, incarnation} {}
 
   // This robot goes on under another number and writes its records again; those of its life before no longer count.
   void begin_life(std::uint64_t incarnation);
 
-  // Takes a record of any robot; each log comes in order. False: it is of an earlier life and changes nothing. The
-  // error says why the record is refused.
+  // Takes a record of any robot; each log comes in order. False: it is of a life that is not looked at, and changes
+  // nothing. The error says why the record is refused.
   Result<bool> apply(const RecordPtr& record, Instant now);
 
-  const RobotId& self() const { return self_; }
-  const std::map<RobotId, TeamMember>& members() const { return members_; }
-  const TeamMember* find(const RobotId& robot) const;  // nullptr: no record of it
-  std::vector<RobotId> robots() const;                 // that count: with a valid Hello; sorted
+  const RobotId& self() const { return self_.robot; }
+  const ChainId& own_chain() const { return self_; }
+  const TeamMember* own() const { return find(self_); }  // nullptr: no record of it yet
+  const std::map<ChainId, TeamMember>& members() const { return members_; }
+  const TeamMember* find(const ChainId& chain) const;  // nullptr: no record of it
+  ChainId present(const RobotId& robot) const;         // its newest life; of incarnation 0 when nothing is known of it
+  const TeamMember* find(const RobotId& robot) const { return find(present(robot)); }  // its present life
+  std::vector<RobotId> robots() const;  // whose present lives count: with a valid Hello; sorted
+  std::vector<ChainId> chains() const;  // all lives that count, but those that a later one repeats; sorted
   // Another number whenever a record came, or a life began, that the pose graph may look different for.
   std::uint64_t revision() const { return revision_; }
 
  private:
-  Result<TeamMember*> member_of(const LogId& log);  // nullptr: of an earlier life
+  Result<TeamMember*> member_of(const LogId& log);  // nullptr: of a life that is not looked at
+  TeamMember* begin(const ChainId& chain);
 
-  const RobotId self_;
-  std::uint64_t incarnation_;
-  std::map<RobotId, TeamMember> members_;
+  ChainId self_;
+  std::uint64_t repeated_ = 0;  // the life of this robot that its present one repeats; 0: none
+  std::map<ChainId, TeamMember> members_;
   std::uint64_t revision_ = 0;
 };
 

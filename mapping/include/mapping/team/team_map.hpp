@@ -25,7 +25,10 @@ struct TeamMapConfig {
   VerifyConfig verify;
   PlaceIndexConfig places;                         // of this robot's keyframes
   Duration lost_after = std::chrono::seconds(60);  // a robot that was silent for so long is not waited for
-  Duration merge_while_mapping{};  // at most so often while robots map; zero: only when all have finished
+  // While robots map, pairs are looked at, and what was found is told, at most so often; zero: only when all have
+  // finished, and until then there is no map.
+  Duration merge_while_mapping{};
+  Duration map_interval = std::chrono::seconds(1);  // while robots map, the map gets what is new at most so often
 };
 
 // Where the team stands, as this robot knows it.
@@ -41,7 +44,10 @@ struct TeamView {
   std::uint64_t submaps_left_out = 0;                      // of the last global map: more than may be decoded
   std::uint64_t blocks_unplaced = 0;                       // of the last global map: hung on an anchor nobody knows
   std::uint64_t records_refused = 0, submaps_refused = 0;  // malformed or not its author's to write; and of these
-  Duration merge{};                                        // from the end of the last robot's work to the global map
+  Duration merge{};                    // from the end of the last robot's work to the global map
+  std::vector<std::uint64_t> digests;  // of the last global maps, at most 32, the newest last
+  // From this robot's odometry to the global map, where it is now; nothing while it is not in the map.
+  std::optional<QuantizedPose> T_map_odometry;
 };
 
 // Records that could not be used, of one kind.
@@ -53,9 +59,10 @@ struct RefusedRecords {
 // The team's map from everybody's records (the paper, section 4): the parts of this folder put together. Which robot
 // does what follows from the records: each looks for its own loops, of each pair the lower id verifies, one elected
 // robot decides (solves the pose graph and publishes the Solution), and everyone fuses what was decided once it is what
-// the links say. What is concluded while robots still
-// map is replaced by what is concluded from all records, so in the end equal record sets give equal maps. A robot that
-// is gone is not waited for, and the next one does its work. Used by one thread.
+// the links say. While robots map, the elected one also says now and then how far everybody's records count (the
+// Frontier); who holds these has the same map as it. Once all have finished, the map is what follows from all records,
+// so equal record sets give equal maps. A robot that is gone is not waited for, and the next one does its work. Used by
+// one thread.
 class TeamMap {
  public:
   using Stop = std::function<bool()>;
@@ -80,24 +87,31 @@ class TeamMap {
   std::vector<TeamEvent> take_events() { return std::exchange(events_, {}); }
 
   const TeamView& view() const { return view_; }
-  const std::map<RobotId, TeamMember>& members() const { return log_.members(); }
-  // Of the global map; nothing while it is being built.
-  std::optional<SolutionRecord> solution() const;
+  const std::map<ChainId, TeamMember>& members() const { return log_.members(); }
+  const TeamLog& log() const { return log_; }
+  const SolutionRecord* solution() const { return fusion_.solution(); }  // of the global map; nullptr: it is being built
   const VoxelMap* map() const { return fusion_.map(); }
   std::string graph() const;              // the pose graph under it as g2o text; empty while there is no map
   std::vector<LinkRecord> links() const;  // that count, sorted by pair
   const std::map<std::uint16_t, RefusedRecords>& refused() const { return refused_; }  // by kind
 
  private:
-  enum class Work { none, verified, fused };
+  enum class Work { none, verified, solved, fused };
   void refuse(const RecordId& id, std::uint16_t kind, const std::string& reason);
   void tell(const Record& record, bool first_hello);
   bool find_loops(const Agreement& team, Instant now, const Stop& stop);
   bool verify(const Agreement& team, Instant now, const Stop& stop);
-  bool map_is_due(const Agreement& team) const;  // the final one, or an interim one
-  bool decide(const Agreement& team);
+  bool map_is_due(const Agreement& team) const;  // the final one, or one while robots map
+  bool decide(const Agreement& team, Instant now);
+  bool decide_now(const Agreement& team, Instant now);
+  bool say_frontier(Instant now);
+  bool publish(SolutionRecord solution);
+  std::optional<MapTarget> target(const Agreement& team);
+  bool all_here(const Agreement& team, const SolutionRecord& solution) const;
+  void take_aim(const Agreement& team, Instant now);
   bool fuse(const Agreement& team, Instant now, const Stop& stop);
-  void fused(bool final);
+  void fused();
+  void tell_fused(bool final);
   void note_end(const Agreement& team, Instant now);
   void note_gone(const Agreement& team);
   void update_view(const Agreement& team);
@@ -112,10 +126,15 @@ class TeamMap {
   TeamSolver solver_;
   Decision decision_;
   std::optional<SolutionRecord> published_;
+  FrontierRecord frontier_;  // the last one published
   MapFusion fusion_;
-  std::set<RecordId> malformed_;   // submaps that were to be fused
-  Instant next_interim_fusion_{};  // not before
-  Work worked_ = Work::none;       // the last step
+  std::set<RecordId> malformed_;                             // submaps that were to be fused
+  Instant next_solve_{}, next_frontier_{}, next_aim_{};      // not before, while robots map
+  std::uint64_t solved_revision_ = 0;                        // of the log
+  bool final_ = false;                                       // what is fused is from all that will come
+  std::optional<std::pair<std::uint64_t, Instant>> told_{};  // the solution of the last map that was told, and when
+  Instant now_{};                                            // of this step
+  Work worked_ = Work::none;                                 // the last step
   bool over_ = false;              // as last looked
   Instant over_at_{}, fused_at_{};
   bool fused_anew_ = false;  // since the last observe()

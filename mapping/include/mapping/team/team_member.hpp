@@ -7,7 +7,9 @@
 
 #include "hal/base/record.hpp"
 #include "hal/base/time.hpp"
+#include "mapping/records/chain_id.hpp"
 #include "mapping/records/finished.hpp"
+#include "mapping/records/frontier.hpp"
 #include "mapping/records/link.hpp"
 #include "mapping/records/solution.hpp"
 #include "mapping/records/trajectory.hpp"
@@ -23,23 +25,33 @@ struct KeyframePlace {
   FrameTime time{};
 };
 
+// A record of voxels, and what its header says.
+struct SubmapPlace {
+  RecordPtr record;
+  std::uint32_t anchor = 0;  // the keyframe in whose frame they lie
+  std::size_t blocks = 0;
+};
+
 // One robot of the team by its records of one life. What is large stays encoded, in the bodies that the store holds
 // anyway: a robot costs here a pointer a record and a pose a keyframe, whatever its records would decode to.
 struct TeamMember {
-  static constexpr std::size_t kMaxKeyframes = 4096, kMaxLinks = 256;  // what is beyond is refused
+  static constexpr std::size_t kMaxKeyframes = 4096, kMaxLinks = 512;  // what is beyond is refused
 
-  std::uint64_t incarnation = 0;  // of the life that these records are from: the newest one heard of
-  std::string name, camera;       // no name: no valid Hello yet, so the robot does not count; camera is printable
+  std::uint64_t incarnation = 0;  // of the life that these records are from
+  std::string name, camera;       // no name: no valid Hello yet, so this life does not count; camera is printable
+  std::uint64_t repeats = 0;      // the earlier life whose records these are again; 0: none
   std::optional<FinishedRecord> finished;
   std::vector<RecordPtr> keyframes;                        // those that decode, in order of their log
-  std::vector<RecordPtr> submaps;                          // those whose header is valid, in order of their log
+  std::vector<SubmapPlace> submaps;                        // those whose header is valid, in order of their log
   std::vector<RecordPtr> trajectories;                     // those that decode, in order of their log
   std::size_t poses = 0;                                   // in them
   std::size_t keyframes_refused = 0, submaps_refused = 0;  // they count for completeness, and nothing else
   bool poses_refused = false;                              // some are missing for good
   std::vector<KeyframePlace> places;                       // of these keyframes
   std::optional<SolutionRecord> solution;                  // the last one that it published
-  std::map<RobotId, LinkRecord> links;  // the last one that it published of each pair, by the other robot
+  std::uint64_t solution_digest = 0;                       // its digest()
+  std::optional<FrontierRecord> frontier;                  // the last one that it published
+  std::map<ChainId, LinkRecord> links;  // the last one that it published of each pair, by the other chain
   Instant heard{};                      // when its last record came
 
   // Takes a record of this robot. The error says what is malformed; then nothing but the counts above changed.

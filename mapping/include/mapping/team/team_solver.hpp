@@ -15,6 +15,8 @@ class TeamSolver {
   // Moves that are not worth a new solution, and how far two robots' arithmetic may lead apart.
   static constexpr double kWorth_m = 0.005, kSame_m = 0.015;
 
+  explicit TeamSolver(const MapParameters& map) : map_(map) {}
+
   // Once all of the team has ended and is verified, a function of the records but the solutions; before, near to the
   // one in use. Nothing when no robot counts.
   std::optional<SolutionRecord> wanted(const Agreement& team, const SolutionRecord* in_use);
@@ -26,6 +28,7 @@ class TeamSolver {
     std::optional<std::vector<std::uint8_t>> in_use;
     SolutionRecord solution;
   };
+  const MapParameters map_;
   std::vector<Answer> answers_;  // the last few
   std::uint64_t solved_ = 0;
 };
