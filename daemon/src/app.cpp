@@ -144,8 +144,8 @@ void App::take_standing(Instant now) {
   const RadioView radio = radio_->view();
   team_->presence(radio.last_sign, radio.records_complete);
   const TeamView team = team_->view();
-  // A map digest is said only when it is settled: equal digests then mean that the team is done.
-  radio_->say(team.settled ? team.digest : 0, finished_);
+  radio_->say(team.digest, finished_);
+  map_agreement_.look(team, radio, now);
   radio_->leave_out(team.gone);
   const bool agreed_before = standing_.agreed, stuck_before = standing_.stuck;
   standing_ = standing(pipeline_->progress(), team, radio);
@@ -222,6 +222,13 @@ DaemonStatus App::status() const {
   s.waiting = standing_.waiting;
   s.stuck = standing_.stuck;
   s.agreed = standing_.agreed;
+  s.map_agreed = map_agreement_.agreed();
+  for (const RobotId& robot : map_agreement_.differing()) s.map_differs.push_back(robot.name());
+  const PoseNow pose = pipeline_->pose();
+  s.tracking = pose.tracking;
+  s.pose_time_s = to_seconds(pose.time.time_since_epoch());
+  s.T_odom_camera = pose.T_odom_camera;
+  if (team.T_map_odometry) s.T_map_odom = mapping::from_quantized(*team.T_map_odometry) * pose.T_odom_robot.inverse();
   s.state = progress.finished && team.settled ? "settled" : progress.finished ? "merging" : "tracking";
   return s;
 }

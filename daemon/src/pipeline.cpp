@@ -54,6 +54,7 @@ void Pipeline::process(const hal::FrameView& frame) {
   const mapping::FrameReport report = mapper_->process(frame);
   const Duration after = thread_cpu_time();
   frame_times_.add(after - before);
+  keep_pose(frame, report);
   log_change(frame, report);
   if (matches_) {
     if (auto status = matches_->frame(frame, report, *mapper_); !status)
@@ -65,6 +66,18 @@ void Pipeline::process(const hal::FrameView& frame) {
   tracked_ = mapper_->counters().tracked;
   keyframes_ = mapper_->counters().keyframes_in_map();
   log_full();
+}
+
+void Pipeline::keep_pose(const hal::FrameView& frame, const mapping::FrameReport& report) {
+  odometry_.add(report);
+  const std::lock_guard lock(pose_mutex_);
+  pose_.tracking = report.state == mapping::TrackState::tracking;
+  if (pose_.tracking) pose_ = {true, frame.colour_time, odometry_.T_odom_camera(), odometry_.T_odom_robot()};
+}
+
+PoseNow Pipeline::pose() const {
+  const std::lock_guard lock(pose_mutex_);
+  return pose_;
 }
 
 // Surfaces that the voxel map has no room for are missing from every picture and from everybody's map: say so.

@@ -41,6 +41,8 @@ void Radio::update_view(Instant now) {
   RadioView view;
   view.frontier_digest = node_->frontier_digest();
   for (const auto& [robot, presence] : node_->presence(now)) view.last_sign[robot] = presence.last_sign;
+  for (const auto& [robot, status] : node_->team())
+    if (robot != node_config_.self) view.map_digests[robot] = status.map_digest;
   const std::set<RobotId> incomplete = node_->incomplete();
   for (const auto& [robot, sign] : view.last_sign)
     if (!incomplete.contains(robot)) view.records_complete.insert(robot);

@@ -18,9 +18,31 @@ std::uint64_t digest_from(const Json& value) {
   std::from_chars(text.data(), text.data() + text.size(), digest, 16);
   return digest;
 }
+// [x, y, z, qx, qy, qz, qw], metres, as in a line of a TUM trajectory.
+Json pose_json(const mapping::Pose& pose) {
+  const auto q = mapping::to_quaternion_wxyz(pose.R);
+  return {pose.t.x(), pose.t.y(), pose.t.z(), q[1], q[2], q[3], q[0]};
+}
+
+mapping::Pose pose_from(const Json& value) {
+  const auto v = value.get<std::array<double, 7>>();
+  return {mapping::from_quaternion_wxyz({v[6], v[3], v[4], v[5]}), {v[0], v[1], v[2]}};
+}
+
+void read_pose(const Json& object, DaemonStatus& s) {
+  const Json& pose = object.at("pose");
+  pose.at("tracking").get_to(s.tracking);
+  pose.at("time_s").get_to(s.pose_time_s);
+  s.T_odom_camera = pose_from(pose.at("T_odom_camera"));
+  if (const Json& correction = pose.at("T_map_odom"); !correction.is_null()) s.T_map_odom = pose_from(correction);
+}
 }  // namespace
 
 std::string to_json(const DaemonStatus& s) {
+  const Json pose{{"tracking", s.tracking},
+                  {"time_s", s.pose_time_s},
+                  {"T_odom_camera", pose_json(s.T_odom_camera)},
+                  {"T_map_odom", s.T_map_odom ? pose_json(*s.T_map_odom) : Json()}};
   const Json object{{"state", s.state},
                     {"frames", s.frames},
                     {"frames_expected", s.frames_expected},
@@ -32,6 +54,9 @@ std::string to_json(const DaemonStatus& s) {
                     {"robots_finished", s.robots_finished},
                     {"robots_in_map", s.robots_in_map},
                     {"agreed", s.agreed},
+                    {"map_agreed", s.map_agreed},
+                    {"map_differs", s.map_differs},
+                    {"pose", pose},
                     {"blocks_refused", s.blocks_refused},
                     {"waiting", printable(s.waiting)},
                     {"stuck", s.stuck},
@@ -54,6 +79,9 @@ Result<DaemonStatus> status_from_json(const std::string& text, const std::string
     object.at("robots_finished").get_to(s.robots_finished);
     object.at("robots_in_map").get_to(s.robots_in_map);
     object.at("agreed").get_to(s.agreed);
+    s.map_agreed = object.value("map_agreed", s.map_agreed);
+    s.map_differs = object.value("map_differs", s.map_differs);
+    if (object.contains("pose")) read_pose(object, s);
     s.blocks_refused = object.value("blocks_refused", s.blocks_refused);
     s.waiting = object.value("waiting", s.waiting);
     s.stuck = object.value("stuck", s.stuck);

@@ -26,6 +26,12 @@ TEST(Status, SurvivesTheFile) {
   status.robots_known = 3;
   status.robots_finished = 2;
   status.agreed = true;
+  status.map_agreed = true;
+  status.map_differs = {"r3"};
+  status.tracking = true;
+  status.pose_time_s = 12.5;
+  status.T_odom_camera.t = {1, 2, 3};
+  status.T_map_odom = mapping::Pose{mapping::from_quaternion_wxyz({0.5, 0.5, 0.5, 0.5}), {0, 0, 1}};
   const test::TempFolder folder;
   const std::string file = folder / "status.json";
   ASSERT_TRUE(write_status(file, status).ok());

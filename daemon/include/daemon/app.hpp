@@ -6,6 +6,7 @@
 #include "daemon/capture.hpp"
 #include "daemon/config.hpp"
 #include "daemon/log.hpp"
+#include "daemon/map_agreement.hpp"
 #include "daemon/options.hpp"
 #include "daemon/pipeline.hpp"
 #include "daemon/radio.hpp"
@@ -55,6 +56,7 @@ class App {
   std::unique_ptr<Capture> capture_;
   std::unique_ptr<Pipeline> pipeline_;  // takes from the capture's queue, so it goes first
   Standing standing_;
+  MapAgreement map_agreement_;
   Instant finished_at_{}, agreed_at_{}, stuck_at_{}, status_at_{}, said_at_{};
   bool finished_ = false;
   double peak_rss_mb_ = 0;

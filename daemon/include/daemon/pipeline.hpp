@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <atomic>
+#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "hal/base/bounded_queue.hpp"
 #include "hal/frame_pool.hpp"
 #include "mapping/local/local_mapper.hpp"
+#include "mapping/local/smooth_odometry.hpp"
 
 namespace onemap::daemon {
 
@@ -23,6 +25,13 @@ struct PipelineProgress {
   std::uint64_t keyframes = 0;       // in the map, those not yet sealed included
   std::uint64_t blocks_refused = 0;  // of the voxel map, for want of room
   bool finished = false;             // the queue was closed and empty, and everything is sealed and published
+};
+
+// Where the camera is by the last frame that was placed; readable while it runs.
+struct PoseNow {
+  bool tracking = false;
+  FrameTime time{};
+  mapping::Pose T_odom_camera, T_odom_robot;  // odom: smooth; robot: the frame of this robot's records
 };
 
 // The work thread: takes frames from the queue, runs the mapper's frame path, and hands what it sealed to the
@@ -39,6 +48,7 @@ class Pipeline {
   void abandon() { abandoned_ = true; }  // leave out what is still queued; finish with what there is
   void join();
   PipelineProgress progress() const;
+  PoseNow pose() const;
 
   // After join().
   const mapping::LocalMapper& mapper() const { return *mapper_; }
@@ -50,6 +60,7 @@ class Pipeline {
  private:
   void run();
   void process(const hal::FrameView& frame);
+  void keep_pose(const hal::FrameView& frame, const mapping::FrameReport& report);
   void log_full();
   void log_change(const hal::FrameView& frame, const mapping::FrameReport& report);
   void begin_step(mapping::Step step);
@@ -65,6 +76,9 @@ class Pipeline {
   Failures& failures_;
   Log& log_;
   std::unique_ptr<mapping::LocalMapper> mapper_;
+  mapping::SmoothOdometry odometry_;
+  mutable std::mutex pose_mutex_;  // of pose_
+  PoseNow pose_;
   std::optional<MatchPictures> matches_;
   Publisher publisher_;
   std::vector<mapping::StampedPose> poses_;

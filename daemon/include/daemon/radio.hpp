@@ -34,6 +34,7 @@ struct RadioView {
   std::string id_also_used_at;                   // by somebody else, lately; empty: nowhere
   std::map<std::string, std::uint64_t> refused;  // datagrams and records, by reason; reasons that occurred
   std::map<RobotId, Instant> last_sign;          // of life, of every robot that counts
+  std::map<RobotId, std::uint64_t> map_digests;  // that the others say, who count; 0: none yet
   std::set<RobotId> records_complete;            // robots of whom every record that is known of is here
   std::uint64_t left_out = 0;                    // own records that the store refused: the map is without them
   std::string store_full;                        // why records cannot be held, in words; empty: they can

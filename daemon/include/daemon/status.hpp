@@ -1,9 +1,12 @@
 #pragma once
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "hal/base/result.hpp"
+#include "mapping/geometry.hpp"
 
 namespace onemap::daemon {
 
@@ -17,7 +20,15 @@ struct DaemonStatus {
   std::uint64_t map_digest = 0;       // of the global map; 0: none yet
   std::uint64_t frontier_digest = 0;  // of the records held
   std::uint64_t robots_known = 1, robots_finished = 0, robots_in_map = 0;
-  bool agreed = false;  // every robot that is not gone is finished and reports this digest
+  bool agreed = false;                   // every robot that is not gone is finished and reports this digest
+  bool map_agreed = false;               // every robot that is not gone holds the same map, finished or not, lately
+  std::vector<std::string> map_differs;  // those that do not
+  // Where the camera is: smooth odometry, and the correction to the global map (ROS REP 105's odom and map; camera
+  // frame: x right, y down, z forward). No correction: this robot is not in the global map.
+  bool tracking = false;
+  double pose_time_s = 0;  // of the frame
+  mapping::Pose T_odom_camera;
+  std::optional<mapping::Pose> T_map_odom;
   // Own work done, but no agreement yet: what this robot waits for, in words, and whether that cannot come by itself.
   std::string waiting;
   bool stuck = false;

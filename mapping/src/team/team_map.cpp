@@ -92,7 +92,11 @@ bool TeamMap::verify(const Agreement& team, Instant now, const Stop& stop) {
 }
 
 bool TeamMap::map_is_due(const Agreement& team) const {
-  return team.ready() || (config_.merge_while_mapping > Duration::zero() && !team.over());
+  if (team.ready()) return true;
+  if (config_.merge_while_mapping <= Duration::zero() || team.over()) return false;
+  const auto links = counting_links(log_);
+  return team.robots().size() == 1 ||
+         std::ranges::any_of(links, [](const TeamLink& l) { return l.link->reason == LinkReason::accepted; });
 }
 
 bool TeamMap::publish(SolutionRecord solution) {
@@ -236,8 +240,8 @@ void TeamMap::update_view(const Agreement& team) {
   if (view_.waiting.empty() && team.ready() && elected && *elected != self_ && final == nullptr)
     view_.waiting.push_back({*elected, Waiting::What::solution, team.silent(*elected)});
   const bool everything = std::ranges::all_of(team.chains(), [&](const ChainId& c) { return team.all_here(c); });
-  const bool settled = final != nullptr && everything &&
-                       fusion_.at({*final->solution, everything_here(log_, *final->solution)});
+  const bool settled =
+      final != nullptr && everything && fusion_.at({*final->solution, everything_here(log_, *final->solution)});
   if (settled && std::exchange(told_settled_, view_.digest) != view_.digest)
     events_.emplace_back(MapSettled{view_.digest, view_.blocks, view_.submaps_refused});
   view_.settled = settled;
@@ -252,9 +256,7 @@ void TeamMap::observe(Instant now) {
   update_view(team);
 }
 
-std::string TeamMap::graph() const {
-  return solution() != nullptr ? graph_text(log_, *solution()) : std::string();
-}
+std::string TeamMap::graph() const { return solution() != nullptr ? graph_text(log_, *solution()) : std::string(); }
 
 std::vector<LinkRecord> TeamMap::links() const {
   std::vector<LinkRecord> out;

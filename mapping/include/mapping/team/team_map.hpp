@@ -44,8 +44,8 @@ struct TeamView {
   std::uint64_t submaps_left_out = 0;                      // of the last global map: more than may be decoded
   std::uint64_t blocks_unplaced = 0;                       // of the last global map: hung on an anchor nobody knows
   std::uint64_t records_refused = 0, submaps_refused = 0;  // malformed or not its author's to write; and of these
-  Duration merge{};                    // from the end of the last robot's work to the global map
-  std::vector<std::uint64_t> digests;  // of the last global maps, at most 32, the newest last
+  Duration merge{};                                        // from the end of the last robot's work to the global map
+  std::vector<std::uint64_t> digests;                      // of the last global maps, at most 32, the newest last
   // From this robot's odometry to the global map, where it is now; nothing while it is not in the map.
   std::optional<QuantizedPose> T_map_odometry;
 };
@@ -89,7 +89,9 @@ class TeamMap {
   const TeamView& view() const { return view_; }
   const std::map<ChainId, TeamMember>& members() const { return log_.members(); }
   const TeamLog& log() const { return log_; }
-  const SolutionRecord* solution() const { return fusion_.solution(); }  // of the global map; nullptr: it is being built
+  const SolutionRecord* solution() const {
+    return fusion_.solution();
+  }  // of the global map; nullptr: it is being built
   const VoxelMap* map() const { return fusion_.map(); }
   std::string graph() const;              // the pose graph under it as g2o text; empty while there is no map
   std::vector<LinkRecord> links() const;  // that count, sorted by pair
@@ -101,7 +103,8 @@ class TeamMap {
   void tell(const Record& record, bool first_hello);
   bool find_loops(const Agreement& team, Instant now, const Stop& stop);
   bool verify(const Agreement& team, Instant now, const Stop& stop);
-  bool map_is_due(const Agreement& team) const;  // the final one, or one while robots map
+  // The final one, or while robots map one of robots that are linked, or of one alone.
+  bool map_is_due(const Agreement& team) const;
   bool decide(const Agreement& team, Instant now);
   bool decide_now(const Agreement& team, Instant now);
   bool say_frontier(Instant now);
@@ -135,7 +138,7 @@ class TeamMap {
   std::optional<std::pair<std::uint64_t, Instant>> told_{};  // the solution of the last map that was told, and when
   Instant now_{};                                            // of this step
   Work worked_ = Work::none;                                 // the last step
-  bool over_ = false;              // as last looked
+  bool over_ = false;                                        // as last looked
   Instant over_at_{}, fused_at_{};
   bool fused_anew_ = false;  // since the last observe()
   std::optional<std::uint64_t> told_settled_;

@@ -1,0 +1,15 @@
+#include "mapping/local/smooth_odometry.hpp"
+
+namespace onemap::mapping {
+
+void SmoothOdometry::add(const FrameReport& report) {
+  const bool placed = report.state == TrackState::tracking;
+  if (placed) {
+    if (tracking_ && !report.relocalized) T_odom_camera_ = T_odom_robot() * report.T_robot_camera;
+    T_robot_camera_ = report.T_robot_camera;
+    T_odom_camera_.R = orthonormal(T_odom_camera_.R);
+  }
+  tracking_ = placed;
+}
+
+}  // namespace onemap::mapping

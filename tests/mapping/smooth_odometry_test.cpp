@@ -1,0 +1,42 @@
+#include "mapping/local/smooth_odometry.hpp"
+
+#include <gtest/gtest.h>
+
+namespace onemap::mapping {
+namespace {
+
+FrameReport placed(double x, bool relocalized = false) {
+  FrameReport out;
+  out.state = TrackState::tracking;
+  out.relocalized = relocalized;
+  out.T_robot_camera.t = {x, 0, 0};
+  return out;
+}
+
+TEST(SmoothOdometry, IsTheMappersUntilItJumps) {
+  SmoothOdometry odometry;
+  for (const double x : {0.0, 0.1, 0.25}) {
+    odometry.add(placed(x));
+    EXPECT_DOUBLE_EQ(odometry.T_odom_camera().t.x(), x);
+    EXPECT_NEAR(odometry.T_odom_robot().t.norm(), 0, 1e-12);
+  }
+}
+
+TEST(SmoothOdometry, AJumpIsTheCorrections) {
+  SmoothOdometry odometry;
+  for (const double x : {0.0, 0.1}) odometry.add(placed(x));
+  FrameReport lost;
+  lost.state = TrackState::lost;
+  lost.T_robot_camera.t = {77, 0, 0};
+  odometry.add(lost);
+  EXPECT_DOUBLE_EQ(odometry.T_odom_camera().t.x(), 0.1) << "where it was last";
+  odometry.add(placed(5, true));
+  EXPECT_NEAR(odometry.T_odom_camera().t.x(), 0.1, 1e-12);
+  EXPECT_NEAR(odometry.T_odom_robot().t.x(), -4.9, 1e-12);
+  odometry.add(placed(5.2));
+  EXPECT_NEAR(odometry.T_odom_camera().t.x(), 0.3, 1e-12);
+  EXPECT_NEAR((odometry.T_odom_robot() * Vector3d(5.2, 0, 0)).x(), 0.3, 1e-12);
+}
+
+}  // namespace
+}  // namespace onemap::mapping
