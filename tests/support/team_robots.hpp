@@ -82,9 +82,10 @@ inline AtlasConfig small_map() {
 class Robot {
  public:
   // The mapping that this robot did itself is taken over, so that what it publishes continues the logs.
-  explicit Robot(Author author, Duration merge_while_mapping = Duration::zero()) : author_(std::move(author)) {
+  explicit Robot(Author author, Duration merge_while_mapping = Duration::zero(), const AtlasConfig& atlas = small_map())
+      : author_(std::move(author)) {
     TeamMapConfig config;
-    config.atlas = small_map();
+    config.atlas = atlas;
     config.merge_while_mapping = merge_while_mapping;
     config.lost_after = kLostAfter;
     map_.emplace(author_.id(), author_.incarnation(), config);
