@@ -149,12 +149,26 @@ TEST(VoxelMap, DigestOfAnEmptyMapIsXxh64OfNothing) {
 
 TEST(VoxelMap, HandsOutChangedBlocksOnceInOrder) {
   VoxelMap map(small_map(1 << 20));
-  for (const BlockKey key : {BlockKey{2, 0, 0}, BlockKey{-1, 5, 0}, BlockKey{2, -1, 0}}) map.find_or_add(key);
+  const auto see = [&](const BlockKey& key, int from, int to, int weight = 1) {
+    for (int i = from; i < to; ++i) map.find_or_add(key)[i].add_tsdf(5, weight);
+  };
+  for (const BlockKey& key : {BlockKey{2, 0, 0}, BlockKey{-1, 5, 0}, BlockKey{2, -1, 0}}) see(key, 0, 80);
+  map.find_or_add({7, 7, 7});  // nothing was seen in it
   EXPECT_EQ(map.take_settled(0, 2), (std::vector<BlockKey>{{-1, 5, 0}, {2, -1, 0}}));
   EXPECT_EQ(map.take_settled(0, 9), (std::vector<BlockKey>{{2, 0, 0}}));
   EXPECT_TRUE(map.take_settled(0, 9).empty());
-  map.find_or_add({-1, 5, 0});
+  see({-1, 5, 0}, 80, 89);
+  EXPECT_TRUE(map.take_settled(0, 9).empty()) << "nine voxels more of eighty is not worth its bytes";
+  see({-1, 5, 0}, 89, 90);
   EXPECT_EQ(map.take_settled(0, 9), (std::vector<BlockKey>{{-1, 5, 0}}));
+  see({2, 0, 0}, 0, 80);
+  EXPECT_TRUE(map.take_settled(0, 9).empty()) << "seen twice";
+  see({2, 0, 0}, 0, 80);
+  EXPECT_EQ(map.take_settled(0, 9), (std::vector<BlockKey>{{2, 0, 0}}));
+  see({2, -1, 0}, 0, 1, 5);
+  map.mark_handed_out();
+  see({2, -1, 0}, 0, 80);
+  EXPECT_TRUE(map.take_settled(0, 9).empty()) << "not thrice what was marked";
 }
 
 }  // namespace

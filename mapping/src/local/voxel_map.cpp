@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kVoxelBytes = 12;
 // Of one map, for each block of the pool: it may use them all.
 constexpr std::size_t kOwnBytesPerBlock =
-    sizeof(BlockKey) + sizeof(std::uint64_t) + sizeof(std::uint8_t) + sizeof(std::int32_t);
+    sizeof(BlockKey) + sizeof(std::uint64_t) + sizeof(std::uint8_t) + 8 + sizeof(std::int32_t);
 
 // At most half full, so that probing stays short.
 std::size_t slots_for(std::size_t blocks) { return std::bit_ceil(2 * blocks + 2); }
@@ -68,6 +68,7 @@ VoxelMap::VoxelMap(const VoxelMapConfig& config, std::shared_ptr<Shared> shared)
   const std::size_t blocks = shared_->pool.capacity();
   touched_.resize(blocks);
   changed_.resize(blocks);
+  said_.resize(blocks);
   keys_.reserve(blocks);
   places_.reserve(blocks);
   slots_.assign(slots_for(blocks), -1);
@@ -83,6 +84,7 @@ void VoxelMap::clear() {
   }
   std::fill_n(touched_.begin(), used, 0);
   std::fill_n(changed_.begin(), used, std::uint8_t{0});
+  std::fill_n(said_.begin(), used, Said{});
   std::fill(slots_.begin(), slots_.end(), -1);
   keys_.clear();
   counters_ = {};
@@ -111,9 +113,11 @@ void VoxelMap::drop(std::size_t block) {
     places_[block] = places_[last];
     touched_[block] = touched_[last];
     changed_[block] = changed_[last];
+    said_[block] = said_[last];
   }
   touched_[last] = 0;
   changed_[last] = 0;
+  said_[last] = {};
   keys_.pop_back();
   places_.pop_back();
 }
@@ -164,15 +168,34 @@ Voxel* VoxelMap::find_or_add(const BlockKey& key) {
   return voxels_of(static_cast<std::size_t>(block));
 }
 
-void VoxelMap::mark_handed_out() { std::fill_n(changed_.begin(), keys_.size(), std::uint8_t{0}); }
+VoxelMap::Said VoxelMap::says(std::size_t block) const {
+  static_assert(sizeof(Said) == 8, "as counted in the budget");
+  Said out;
+  const Voxel* voxels = voxels_of(block);
+  for (std::size_t i = 0; i < kBlockVoxels; ++i) {
+    out.weight += voxels[i].weight;
+    out.voxels = static_cast<std::uint16_t>(out.voxels + (voxels[i].weight > 0 ? 1 : 0));
+  }
+  return out;
+}
+
+void VoxelMap::mark_handed_out() {
+  std::fill_n(changed_.begin(), keys_.size(), std::uint8_t{0});
+  for (std::size_t i = 0; i < keys_.size(); ++i) said_[i] = says(i);
+}
 
 std::vector<BlockKey> VoxelMap::take_settled(std::uint64_t min_age, std::size_t max_blocks) {
   std::vector<BlockKey> out;
   for (std::size_t i = 0; i < keys_.size(); ++i)
-    if (changed_[i] != 0 && counters_.integrated_frames - touched_[i] >= min_age) out.push_back(keys_[i]);
+    if (changed_[i] != 0 && counters_.integrated_frames - touched_[i] >= min_age && says(i).much_more_than(said_[i]))
+      out.push_back(keys_[i]);
   std::sort(out.begin(), out.end());
   if (out.size() > max_blocks) out.resize(max_blocks);
-  for (const BlockKey& key : out) changed_[static_cast<std::size_t>(index_of(key))] = 0;
+  for (const BlockKey& key : out) {
+    const auto block = static_cast<std::size_t>(index_of(key));
+    changed_[block] = 0;
+    said_[block] = says(block);
+  }
   return out;
 }
 

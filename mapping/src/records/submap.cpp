@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <memory>
 
 #include "mapping/records/submap.hpp"
 #include "records/field_reader.hpp"
@@ -23,7 +24,8 @@ constexpr std::size_t kMostVoxelBytes = 6;  // of the planes, colour mask includ
 constexpr std::size_t kLeastBlockBytes = kKeyBytes + kMaskBytes;
 constexpr std::size_t kMostBlockBytes = kLeastBlockBytes + kBlockVoxels * kMostVoxelBytes;
 constexpr std::int32_t kFarthestBlock = 1 << 20;
-constexpr int kZstdLevel = 9;
+constexpr int kZstdLevel = 15;
+constexpr std::size_t kMostPlaneEnd = 16;  // what ending a block early may cost
 
 void set_bit(std::vector<std::uint8_t>& mask, std::size_t i) {
   mask[i / 8] = static_cast<std::uint8_t>(mask[i / 8] | (1u << (i % 8)));
@@ -164,26 +166,37 @@ std::vector<std::uint8_t> decompress(FieldReader& in, std::span<const std::uint8
   return content;
 }
 
+// One frame behind `body`, and in it each plane by itself: what one is like says nothing about the next.
+void compress(const Planes& planes, std::vector<std::uint8_t>& body) {
+  std::vector<const std::vector<std::uint8_t>*> all{&planes.keys, &planes.seen, &planes.colored};
+  for (const auto& plane : planes.channels) all.push_back(&plane);
+  std::size_t size = 0;
+  for (const auto* plane : all) size += plane->size();
+  const std::size_t header = body.size();
+  body.resize(header + ZSTD_compressBound(size) + all.size() * kMostPlaneEnd);
+  const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(), &ZSTD_freeCCtx);
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kZstdLevel);
+  ZSTD_CCtx_setPledgedSrcSize(context.get(), size);
+  ZSTD_outBuffer out{&body[header], body.size() - header, 0};
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    ZSTD_inBuffer in{all[i]->data(), all[i]->size(), 0};
+    // There is room for everything, so once is enough, and it cannot fail.
+    ZSTD_compressStream2(context.get(), &out, &in, i + 1 == all.size() ? ZSTD_e_end : ZSTD_e_flush);
+  }
+  body.resize(header + out.pos);
+  body.shrink_to_fit();  // the body is kept for the team's whole life, and the bound is many times its size
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> encode(const SubmapRecord& record) {
-  const Planes planes = to_planes(record);
-  std::vector<std::uint8_t> content;
-  for (const auto* plane : {&planes.keys, &planes.seen, &planes.colored})
-    content.insert(content.end(), plane->begin(), plane->end());
-  for (const auto& plane : planes.channels) content.insert(content.end(), plane.begin(), plane.end());
   std::vector<std::uint8_t> body;
   ByteWriter out(body);
   out.put(record.anchor_keyframe);
   out.put(record.voxel_um);
   out.put(record.truncation_um);
   out.put(static_cast<std::uint16_t>(record.blocks.size()));
-  const std::size_t header = body.size();
-  body.resize(header + ZSTD_compressBound(content.size()));
-  const std::size_t size =
-      ZSTD_compress(&body[header], body.size() - header, content.data(), content.size(), kZstdLevel);
-  body.resize(header + size);  // the bound was kept, so compression cannot have failed
-  body.shrink_to_fit();        // the body is kept for the team's whole life, and the bound is many times its size
+  compress(to_planes(record), body);
   return body;
 }
 

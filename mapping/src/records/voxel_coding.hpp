@@ -8,10 +8,10 @@
 // expect, so that what is smooth becomes small numbers.
 namespace onemap::mapping {
 
-// Half a step is the largest error: 0.8 % of the truncation (0.5 mm of 6 cm), a fifth of a weight, 2 of 255 in green
-// and 6 in red and blue (which are steps of their distance to green).
-inline constexpr int kTsdfStep = 16, kGreenStep = 4, kChromaStep = 8;
-inline constexpr std::array<std::uint8_t, 16> kWeightSteps{1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 255};
+// Half a step is the largest error: 1.8 % of the truncation (1.1 mm of 6 cm, less than a depth camera's noise at a
+// metre), half of a weight, 3 of 255 in green and 9 in red and blue (which are steps of their distance to green).
+inline constexpr int kTsdfStep = 36, kGreenStep = 6, kChromaStep = 12;
+inline constexpr std::array<std::uint8_t, 7> kWeightSteps{1, 3, 8, 20, 50, 120, 255};
 
 enum VoxelChannel : std::uint8_t { kTsdf, kWeight, kGreen, kRed, kBlue, kVoxelChannels };  // red, blue: minus green
 

@@ -84,9 +84,9 @@ class VoxelMap {
   const VoxelMapCounters& counters() const { return counters_; }
   const VoxelMapConfig& config() const { return config_; }
 
-  // Blocks that changed since they were last handed out and that the last min_age integrations did not touch (min_age
-  // 0: all changed ones), at most max_blocks, sorted by key; they count as handed out. For publishing submaps while
-  // mapping.
+  // Blocks that were never handed out, or say clearly more than then (an eighth more voxels, or thrice the weight), and
+  // that the last min_age integrations did not touch (min_age 0: whenever), at most max_blocks, sorted by key; they
+  // count as handed out. For publishing submaps while mapping: each version of a block costs bytes on every link.
   std::vector<BlockKey> take_settled(std::uint64_t min_age, std::size_t max_blocks);
 
   // All blocks, in order of arrival: fn(BlockView).
@@ -100,6 +100,14 @@ class VoxelMap {
   std::uint64_t digest() const;
 
  private:
+  struct Said {  // how much a block says
+    std::uint32_t weight = 0;
+    std::uint16_t voxels = 0;
+    bool much_more_than(const Said& before) const {
+      return voxels > 0 && (before.voxels == 0 || 8 * voxels >= 9 * before.voxels || weight >= 3 * before.weight);
+    }
+  };
+  Said says(std::size_t block) const;
   struct Viewpoint;                                  // of the frame being fused
   std::int32_t index_of(const BlockKey& key) const;  // -1: not there
   std::int32_t index_or_add(const BlockKey& key);    // -1: the pool is full
@@ -128,6 +136,7 @@ class VoxelMap {
   VoxelMapCounters counters_;
   std::vector<std::uint64_t> touched_;  // per block: number of the integration that last touched it
   std::vector<std::uint8_t> changed_;   // per block: 1 = not handed out since its last change
+  std::vector<Said> said_;              // per block: when it was last handed out; zeros: never
   std::vector<BlockKey> keys_;          // key of each used block, in order of arrival
   std::vector<std::int32_t> places_;    // of each used block, in the pool
   std::vector<std::int32_t> slots_;     // hash table -> block index, -1 empty; size a power of two
