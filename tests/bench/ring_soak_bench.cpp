@@ -1,7 +1,8 @@
 // Two robots in a corridor ring whose doors look alike, over many seeds: what is linked and merged, and what of it is
 // right by the simulation's truth. In the first scene they never see the same place, so any merge is wrong; in the
 // second the one walks into what the other one saw.
-//   bench_ring_soak [SEEDS] [FIRST]    default: 50 seeds from 1. Ends with 1 when anything was merged wrongly.
+//   bench_ring_soak [SEEDS] [FIRST] [apart|meeting]    default: 50 seeds from 1 of both scenes, some 10 s of one core
+// each. Ends with 1 when anything was merged wrongly.
 #include <fmt/core.h>
 
 #include <cstdio>
@@ -106,6 +107,7 @@ int main(int argc, char** argv) {
   const int seeds = argc > 1 ? std::atoi(argv[1]) : 50, first = argc > 2 ? std::atoi(argv[2]) : 1;
   int wrong = 0;
   for (const Scene& scene : {Scene{"apart", 2, 150}, Scene{"meeting", 6, 200}}) {
+    if (argc > 3 && std::string(argv[3]) != scene.name) continue;
     Tally tally;
     for (int seed = first; seed < first + seeds; ++seed) run(scene, seed, tally);
     fmt::print(
