@@ -93,9 +93,10 @@ void run_size(const Size& size) {
     warm.push_back(cpu_ms() - again);
   }
   fmt::print(
-      "{:2} robots x {:3} anchors, {:4} links: cold {:6.1f} ms, {:2} steps; one link more {:6.1f} ms, {:2} steps{}\n",
+      "{:2} robots x {:3} anchors, {:5} links: cold {:6.1f} ms, {:2} steps; one link more {:6.1f} ms, {:2} steps; {} "
+      "in the map{}\n",
       size.chains, size.anchors, size.links, median(cold), solution.effort.factorisations, median(warm),
-      next.effort.factorisations, next.effort.converged && next.components.size() == 1 ? "" : "  NOT SOLVED");
+      next.effort.factorisations, next.components[0].chains.size(), next.effort.converged ? "" : ", NOT CONVERGED");
 }
 
 }  // namespace

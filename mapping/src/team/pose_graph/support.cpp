@@ -1,36 +1,125 @@
 #include <algorithm>
+#include <optional>
 
 #include "joining.hpp"
 
 namespace onemap::mapping {
 
-JoinReason support(const JoinConfig& config, std::uint32_t links, std::uint32_t places) {
-  if (links < config.links) return JoinReason::too_few_links;
-  return places >= config.places || links >= config.links_in_one_place ? JoinReason::joined : JoinReason::one_place;
+namespace {
+
+using Points = std::vector<Vector3d>;
+
+double farthest(const GraphIndex& index, const ChainFrames& frames, std::size_t chain, const Vector3d& from) {
+  double squared = 0;
+  for (std::size_t i = 0; i < index.chains[chain].count; ++i)
+    squared = std::max(squared, (frames.T_chain_anchor[index.chains[chain].first + i].t - from).squaredNorm());
+  return std::sqrt(squared);
 }
 
-std::uint32_t count_places(const GraphIndex& index, const ChainFrames& frames, const std::vector<std::size_t>& links,
-                           const JoinConfig& config) {
-  std::vector<std::pair<Vector3d, Vector3d>> ends;
-  for (std::size_t i : links) {
-    const IndexedLink& link = index.links[i];
-    ends.emplace_back(frames.T_chain_anchor[link.edge.a] * link.link->a.T_anchor_keyframe.t,
-                      frames.T_chain_anchor[link.edge.b] * link.link->b.T_anchor_keyframe.t);
-  }
-  const auto apart = [&](const auto& x, const auto& y) {
-    return (x.first - y.first).norm() >= config.place_distance_m &&
-           (x.second - y.second).norm() >= config.place_distance_m;
+// Of the chain's anchors, how many are near one of the points.
+double share_near(const GraphIndex& index, const ChainFrames& frames, std::size_t chain, const Points& points,
+                  double near_m) {
+  const IndexedChain& of = index.chains[chain];
+  std::size_t near = 0;
+  for (std::size_t i = of.first; i < of.first + of.count; ++i)
+    near += std::ranges::any_of(points, [&](const Vector3d& point) {
+      return (frames.T_chain_anchor[i].t - point).squaredNorm() < near_m * near_m;
+    });
+  return static_cast<double>(near) / static_cast<double>(of.count);
+}
+
+// From every link on, what is far from all that was taken, until a start gives enough. For two places it is exact.
+std::size_t count_apart(const Points& a, const Points& b, double apart_m, std::size_t enough) {
+  const auto apart = [&](std::size_t x, std::size_t y) {
+    return (a[x] - a[y]).squaredNorm() >= apart_m * apart_m && (b[x] - b[y]).squaredNorm() >= apart_m * apart_m;
   };
-  // From every link on, what is far from all that was taken, until a start gives enough. For two places it is exact.
   std::size_t most = 0;
-  for (std::size_t start = 0; start < ends.size() && most < config.places; ++start) {
+  for (std::size_t start = 0; start < a.size() && most < enough; ++start) {
     std::vector<std::size_t> taken{start};
-    for (std::size_t i = 0; i < ends.size(); ++i)
-      if (std::all_of(taken.begin(), taken.end(), [&](std::size_t t) { return apart(ends[i], ends[t]); }))
-        taken.push_back(i);
+    for (std::size_t i = 0; i < a.size(); ++i)
+      if (std::ranges::all_of(taken, [&](std::size_t t) { return apart(i, t); })) taken.push_back(i);
     most = std::max(most, taken.size());
   }
-  return static_cast<std::uint32_t>(most);
+  return most;
+}
+
+// An anchor of chain a where the link that stands for all lays one of chain b, looking the same way: the two cameras
+// see one thing, if the link is right.
+struct Beside {
+  Vector3d a, b;
+};
+std::vector<Beside> side_by_side(const GraphIndex& index, const ChainFrames& frames, const IndexedLink& link,
+                                 const JoinConfig& config) {
+  const Pose T_a_b =
+      frames.T_chain_anchor[link.edge.a] * link.edge.T_a_b * frames.T_chain_anchor[link.edge.b].inverse();
+  const IndexedChain &of_a = index.chains[link.chain_a], &of_b = index.chains[link.chain_b];
+  std::vector<Pose> b_in_a;
+  b_in_a.reserve(of_b.count);
+  for (std::size_t j = 0; j < of_b.count; ++j) b_in_a.push_back(T_a_b * frames.T_chain_anchor[of_b.first + j]);
+  std::vector<Beside> out;
+  for (std::size_t i = of_a.first; i < of_a.first + of_a.count; ++i) {
+    const Pose& at = frames.T_chain_anchor[i];
+    double nearest = config.beside_m * config.beside_m;
+    std::optional<std::size_t> beside;
+    for (std::size_t j = 0; j < of_b.count; ++j)
+      if (const double apart = (b_in_a[j].t - at.t).squaredNorm();
+          apart < nearest && rotation_cosine(at.R.transpose() * b_in_a[j].R) > config.beside_cosine)
+        nearest = apart, beside = j;
+    if (beside) out.push_back({at.t, frames.T_chain_anchor[of_b.first + *beside].t});
+  }
+  return out;
+}
+
+// Of what lies side by side, the share that is far from every link, less what would be if as many links were spread at
+// random.
+double share_missed(const std::vector<Beside>& beside, const Points& a, const Points& b, double near_m) {
+  if (beside.empty()) return 0;
+  std::vector<bool> missed(beside.size(), true);
+  double by_chance = 1;
+  for (std::size_t l = 0; l < a.size(); ++l) {
+    std::size_t near = 0;
+    for (std::size_t i = 0; i < beside.size(); ++i)
+      if ((beside[i].a - a[l]).squaredNorm() < near_m * near_m && (beside[i].b - b[l]).squaredNorm() < near_m * near_m)
+        ++near, missed[i] = false;
+    by_chance *= 1 - static_cast<double>(near) / static_cast<double>(beside.size());
+  }
+  const auto count = std::count(missed.begin(), missed.end(), true);
+  return static_cast<double>(count) / static_cast<double>(beside.size()) - by_chance;
+}
+
+}  // namespace
+
+JoinReason support(const JoinConfig& config, const Evidence& evidence) {
+  if (evidence.links < config.links) return JoinReason::too_few_links;
+  if (evidence.missed > config.most_missed) return JoinReason::unlinked_beside;
+  if (evidence.places >= config.places) return JoinReason::joined;
+  const bool at_home =
+      evidence.links >= config.links_in_one_place && evidence.share_of_way >= config.share_in_one_place;
+  return at_home ? JoinReason::joined : JoinReason::one_place;
+}
+
+Evidence evidence_of(const GraphIndex& index, const ChainFrames& frames, const std::vector<std::size_t>& links,
+                     const JoinConfig& config) {
+  Evidence out{.links = static_cast<std::uint32_t>(links.size())};
+  if (links.empty()) return out;
+  Points a, b;
+  for (std::size_t i : links) {
+    const IndexedLink& link = index.links[i];
+    a.push_back(frames.T_chain_anchor[link.edge.a] * link.link->a.T_anchor_keyframe.t);
+    b.push_back(frames.T_chain_anchor[link.edge.b] * link.link->b.T_anchor_keyframe.t);
+  }
+  const auto stands_for_all =
+      *std::ranges::max_element(links, {}, [&](std::size_t i) { return index.links[i].link->inliers; });
+  out.missed = share_missed(side_by_side(index, frames, index.links[stands_for_all], config), a, b, config.beside_m);
+  const std::size_t chain_a = index.links[links[0]].chain_a, chain_b = index.links[links[0]].chain_b;
+  const double way_m = std::min(farthest(index, frames, chain_a, a[0]), farthest(index, frames, chain_b, b[0]));
+  const double apart_m =
+      std::clamp(config.place_share_of_way * way_m, config.place_distance_m, config.most_place_distance_m);
+  out.places = static_cast<std::uint32_t>(count_apart(a, b, apart_m, config.places));
+  if (out.places < config.places)
+    out.share_of_way = std::max(share_near(index, frames, chain_a, a, config.place_distance_m),
+                                share_near(index, frames, chain_b, b, config.place_distance_m));
+  return out;
 }
 
 }  // namespace onemap::mapping
