@@ -92,6 +92,22 @@ TEST(PoseGraph, WhoWentFurtherMustHaveMetFurtherApart) {
   EXPECT_EQ(with(20, 3), JoinReason::joined) << "no door is seen from further";
 }
 
+// Robots that are linked and walk on: nobody looks at them again before the end, and what joined them joins them still.
+TEST(PoseGraph, WhatNobodyLookedForSaysNothing) {
+  const auto with = [](std::uint32_t known) {
+    PoseGraph graph = two_lines(0);
+    for (std::uint32_t i = 0; i < 12; ++i) {
+      GraphLink l = link("a", i % 4, "b", i % 4, shift(0, 1));
+      l.b.keyframe += i / 4;
+      l.known_a = l.known_b = known;
+      EXPECT_TRUE(graph.set_link(l));
+    }
+    return only_pair(graph.solve()).reason;
+  };
+  EXPECT_EQ(with(3), JoinReason::joined);
+  EXPECT_EQ(with(kAllKeyframes), JoinReason::unlinked_beside);
+}
+
 // Places side by side that no link is between: what is linked there is not what it says.
 TEST(PoseGraph, MuchSideBySideWithoutALinkRefutesLinks) {
   const auto with = [](double aside_m) {

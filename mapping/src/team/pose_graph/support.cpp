@@ -9,23 +9,31 @@ namespace {
 
 using Points = std::vector<Vector3d>;
 
-double farthest(const GraphIndex& index, const ChainFrames& frames, std::size_t chain, const Vector3d& from) {
+// The anchors of a chain that links could be looked for at, [first, end) of the index.
+struct Way {
+  std::size_t first = 0, end = 0;
+};
+Way way_of(const GraphIndex& index, std::size_t chain, std::uint32_t last_keyframe) {
+  Way out{index.chains[chain].first, index.chains[chain].first};
+  while (out.end < out.first + index.chains[chain].count && index.ids[out.end].keyframe <= last_keyframe) ++out.end;
+  return out;
+}
+
+double farthest(const ChainFrames& frames, const Way& way, const Vector3d& from) {
   double squared = 0;
-  for (std::size_t i = 0; i < index.chains[chain].count; ++i)
-    squared = std::max(squared, (frames.T_chain_anchor[index.chains[chain].first + i].t - from).squaredNorm());
+  for (std::size_t i = way.first; i < way.end; ++i)
+    squared = std::max(squared, (frames.T_chain_anchor[i].t - from).squaredNorm());
   return std::sqrt(squared);
 }
 
-// Of the chain's anchors, how many are near one of the points.
-double share_near(const GraphIndex& index, const ChainFrames& frames, std::size_t chain, const Points& points,
-                  double near_m) {
-  const IndexedChain& of = index.chains[chain];
+// Of the anchors, how many are near one of the points.
+double share_near(const ChainFrames& frames, const Way& way, const Points& points, double near_m) {
   std::size_t near = 0;
-  for (std::size_t i = of.first; i < of.first + of.count; ++i)
+  for (std::size_t i = way.first; i < way.end; ++i)
     near += std::ranges::any_of(points, [&](const Vector3d& point) {
       return (frames.T_chain_anchor[i].t - point).squaredNorm() < near_m * near_m;
     });
-  return static_cast<double>(near) / static_cast<double>(of.count);
+  return static_cast<double>(near) / static_cast<double>(way.end - way.first);
 }
 
 // From every link on, what is far from all that was taken, until a start gives enough. For two places it is exact.
@@ -48,24 +56,22 @@ std::size_t count_apart(const Points& a, const Points& b, double apart_m, std::s
 struct Beside {
   Vector3d a, b;
 };
-std::vector<Beside> side_by_side(const GraphIndex& index, const ChainFrames& frames, const IndexedLink& link,
+std::vector<Beside> side_by_side(const ChainFrames& frames, const Way& way_a, const Way& way_b, const GraphEdge& link,
                                  const JoinConfig& config) {
-  const Pose T_a_b =
-      frames.T_chain_anchor[link.edge.a] * link.edge.T_a_b * frames.T_chain_anchor[link.edge.b].inverse();
-  const IndexedChain &of_a = index.chains[link.chain_a], &of_b = index.chains[link.chain_b];
+  const Pose T_a_b = frames.T_chain_anchor[link.a] * link.T_a_b * frames.T_chain_anchor[link.b].inverse();
   std::vector<Pose> b_in_a;
-  b_in_a.reserve(of_b.count);
-  for (std::size_t j = 0; j < of_b.count; ++j) b_in_a.push_back(T_a_b * frames.T_chain_anchor[of_b.first + j]);
+  b_in_a.reserve(way_b.end - way_b.first);
+  for (std::size_t j = way_b.first; j < way_b.end; ++j) b_in_a.push_back(T_a_b * frames.T_chain_anchor[j]);
   std::vector<Beside> out;
-  for (std::size_t i = of_a.first; i < of_a.first + of_a.count; ++i) {
+  for (std::size_t i = way_a.first; i < way_a.end; ++i) {
     const Pose& at = frames.T_chain_anchor[i];
     double nearest = config.beside_m * config.beside_m;
     std::optional<std::size_t> beside;
-    for (std::size_t j = 0; j < of_b.count; ++j)
+    for (std::size_t j = 0; j < b_in_a.size(); ++j)
       if (const double apart = (b_in_a[j].t - at.t).squaredNorm();
           apart < nearest && rotation_cosine(at.R.transpose() * b_in_a[j].R) > config.beside_cosine)
         nearest = apart, beside = j;
-    if (beside) out.push_back({at.t, frames.T_chain_anchor[of_b.first + *beside].t});
+    if (beside) out.push_back({at.t, frames.T_chain_anchor[way_b.first + *beside].t});
   }
   return out;
 }
@@ -103,22 +109,26 @@ Evidence evidence_of(const GraphIndex& index, const ChainFrames& frames, const s
   Evidence out{.links = static_cast<std::uint32_t>(links.size())};
   if (links.empty()) return out;
   Points a, b;
+  std::size_t best = links[0];
+  std::uint32_t known_a = 0, known_b = 0;
   for (std::size_t i : links) {
     const IndexedLink& link = index.links[i];
     a.push_back(frames.T_chain_anchor[link.edge.a] * link.link->a.T_anchor_keyframe.t);
     b.push_back(frames.T_chain_anchor[link.edge.b] * link.link->b.T_anchor_keyframe.t);
+    if (link.link->inliers > index.links[best].link->inliers) best = i;
+    known_a = std::max({known_a, link.link->known_a, link.link->a.anchor});
+    known_b = std::max({known_b, link.link->known_b, link.link->b.anchor});
   }
-  const auto stands_for_all =
-      *std::ranges::max_element(links, {}, [&](std::size_t i) { return index.links[i].link->inliers; });
-  out.missed = share_missed(side_by_side(index, frames, index.links[stands_for_all], config), a, b, config.beside_m);
-  const std::size_t chain_a = index.links[links[0]].chain_a, chain_b = index.links[links[0]].chain_b;
-  const double way_m = std::min(farthest(index, frames, chain_a, a[0]), farthest(index, frames, chain_b, b[0]));
+  const Way way_a = way_of(index, index.links[best].chain_a, known_a),
+            way_b = way_of(index, index.links[best].chain_b, known_b);
+  out.missed = share_missed(side_by_side(frames, way_a, way_b, index.links[best].edge, config), a, b, config.beside_m);
+  const double way_m = std::min(farthest(frames, way_a, a[0]), farthest(frames, way_b, b[0]));
   const double apart_m =
       std::clamp(config.place_share_of_way * way_m, config.place_distance_m, config.most_place_distance_m);
   out.places = static_cast<std::uint32_t>(count_apart(a, b, apart_m, config.places));
   if (out.places < config.places)
-    out.share_of_way = std::max(share_near(index, frames, chain_a, a, config.place_distance_m),
-                                share_near(index, frames, chain_b, b, config.place_distance_m));
+    out.share_of_way = std::max(share_near(frames, way_a, a, config.place_distance_m),
+                                share_near(frames, way_b, b, config.place_distance_m));
   return out;
 }
 
