@@ -75,10 +75,10 @@ TEST(PoseGraph, LinksFromOnePlaceJoinWhoWasHardlyElsewhereWhenThereAreMany) {
 }
 
 TEST(PoseGraph, WhoWentFurtherMustHaveMetFurtherApart) {
-  const auto with = [](std::size_t length, std::uint32_t apart) {
+  const auto with = [](std::size_t length, std::uint32_t apart, std::uint32_t links = 4) {
     PoseGraph graph;
     for (const char* name : {"a", "b"}) EXPECT_TRUE(graph.set_chain(chain_id(name), line(length)));
-    for (std::uint32_t i = 0; i < 4; ++i) {
+    for (std::uint32_t i = 0; i < links; ++i) {
       GraphLink l = link("a", i % 2 * apart, "b", i % 2 * apart, shift(0, 3));
       l.b.keyframe += i / 2;
       EXPECT_TRUE(graph.set_link(l));
@@ -90,6 +90,7 @@ TEST(PoseGraph, WhoWentFurtherMustHaveMetFurtherApart) {
   EXPECT_EQ(with(5, 2), JoinReason::joined);
   EXPECT_EQ(with(20, 2), JoinReason::one_place);
   EXPECT_EQ(with(20, 3), JoinReason::joined) << "no door is seen from further";
+  EXPECT_EQ(with(20, 2, 12), JoinReason::joined) << "and no more would lie side by side";
 }
 
 // Robots that are linked and walk on: nobody looks at them again before the end, and what joined them joins them still.

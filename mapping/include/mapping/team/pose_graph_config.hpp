@@ -14,9 +14,9 @@ struct JoinConfig {
   std::uint32_t links = 4;
   // Two doors that look alike give many links that agree, all from one place. Two places by chance are rare.
   std::uint32_t places = 2;
-  // Ends on both chains are at least so far apart: then these are two places. A door is seen from some metres before it
-  // on; who went further must have met further apart, up to half of how far the chain that went less far ever was from
-  // there.
+  // Ends on both chains are at least so far apart: then these are two places. While links are too few to tell from what
+  // lies side by side (fewer than links_in_one_place), who went further must have met further apart, as a door is seen
+  // from some metres before it on: up to half of how far the chain that went less far ever was from there.
   double place_distance_m = 1.0, place_share_of_way = 0.5, most_place_distance_m = 3.0;
   // Robots that met at one desk never come a metre apart: there so many agreeing links do instead, when one of the two
   // was hardly anywhere else, so that there is no other place to ask: that share of its anchors is near the links.

@@ -122,9 +122,11 @@ Evidence evidence_of(const GraphIndex& index, const ChainFrames& frames, const s
   const Way way_a = way_of(index, index.links[best].chain_a, known_a),
             way_b = way_of(index, index.links[best].chain_b, known_b);
   out.missed = share_missed(side_by_side(frames, way_a, way_b, index.links[best].edge, config), a, b, config.beside_m);
-  const double way_m = std::min(farthest(frames, way_a, a[0]), farthest(frames, way_b, b[0]));
-  const double apart_m =
-      std::clamp(config.place_share_of_way * way_m, config.place_distance_m, config.most_place_distance_m);
+  double apart_m = config.place_distance_m;
+  if (out.links < config.links_in_one_place) {  // too few to tell from what lies side by side
+    const double way_m = std::min(farthest(frames, way_a, a[0]), farthest(frames, way_b, b[0]));
+    apart_m = std::clamp(config.place_share_of_way * way_m, apart_m, config.most_place_distance_m);
+  }
   out.places = static_cast<std::uint32_t>(count_apart(a, b, apart_m, config.places));
   if (out.places < config.places)
     out.share_of_way = std::max(share_near(frames, way_a, a, config.place_distance_m),
