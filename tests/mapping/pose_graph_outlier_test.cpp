@@ -107,5 +107,32 @@ TEST(PoseGraphOutliers, LookAlikesOfOnePlaceJoinNobody) {
   }
 }
 
+// A place that is like another one, and nothing contradicts it: links between all that is near, a metre and a half of
+// each way. Right ones between the same chains join.
+TEST(PoseGraphOutliers, APlaceThatIsLikeAnotherOneJoinsNobodyHoweverManyLinksItGives) {
+  int right = 0;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    for (int links : {6, 20}) {
+      PoseGraphTeam team(2000 + seed, {.chains = 2});
+      team.add_doubles(links, 3, 0, 1);
+      EXPECT_EQ(team.graph().solve().components.size(), 2u) << "seed " << seed << ", " << links;
+    }
+    PoseGraphTeam team(2000 + seed, {.chains = 2});
+    team.add_right_links(13);
+    right += team.graph().solve().components.size() == 1;
+  }
+  EXPECT_GE(right, kSeeds * 85 / 100);
+}
+
+// Three metres of each way.
+TEST(PoseGraphOutliers, SoDoesALargerOne) {
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed)
+    for (int links : {6, 20}) {
+      PoseGraphTeam team(2000 + seed, {.chains = 2});
+      team.add_doubles(links, 6, 0, 1);
+      EXPECT_EQ(team.graph().solve().components.size(), 2u) << "seed " << seed << ", " << links;
+    }
+}
+
 }  // namespace
 }  // namespace onemap::mapping

@@ -43,7 +43,7 @@ TEST(PoseGraph, FourLinksFromTwoPlacesJoin) {
   ASSERT_EQ(solution.components.size(), 1u);
   EXPECT_LT((pose_of(solution, "b", 19).t - Vector3d(19, 3, 0)).norm(), 1e-4);
   EXPECT_EQ(only_pair(solution).used, 4u);
-  EXPECT_EQ(only_pair(solution).places, 4u);
+  EXPECT_EQ(only_pair(solution).places, 2u) << "it need not count more";
 }
 
 TEST(PoseGraph, ThreeLinksDoNotAndItSaysSo) {
@@ -55,19 +55,72 @@ TEST(PoseGraph, ThreeLinksDoNotAndItSaysSo) {
   for (const LinkVerdict& verdict : solution.links) EXPECT_EQ(verdict.use, LinkUse::chains_apart);
 }
 
-TEST(PoseGraph, LinksFromOnePlaceJoinOnlyWhenThereAreMany) {
-  const auto with = [](std::uint32_t count) {
-    PoseGraph graph = two_lines(0);
-    for (std::uint32_t i = 0; i < count; ++i) {  // keyframes that hang on the same two anchors
-      GraphLink l = link("a", 5, "b", 5, shift(0, 3));
-      l.b.keyframe = 5 + i;
+// Two lines; of b only so much. Links between keyframes that hang on two anchors.
+PoseGraph one_place(std::size_t length_b, std::uint32_t links) {
+  PoseGraph graph = two_lines(0);
+  EXPECT_TRUE(graph.set_chain(chain_id("b"), line(length_b)));
+  for (std::uint32_t i = 0; i < links; ++i) {
+    GraphLink l = link("a", 5, "b", 0, shift(0, 3));
+    l.b.keyframe = i;
+    EXPECT_TRUE(graph.set_link(l));
+  }
+  return graph;
+}
+
+TEST(PoseGraph, LinksFromOnePlaceJoinWhoWasHardlyElsewhereWhenThereAreMany) {
+  EXPECT_EQ(only_pair(one_place(1, 11).solve()).reason, JoinReason::one_place);
+  EXPECT_EQ(only_pair(one_place(1, 11).solve()).places, 1u);
+  EXPECT_EQ(only_pair(one_place(1, 12).solve()).reason, JoinReason::joined);
+  EXPECT_EQ(only_pair(one_place(2, 16).solve()).reason, JoinReason::one_place) << "half of its way is elsewhere";
+}
+
+TEST(PoseGraph, WhoWentFurtherMustHaveMetFurtherApart) {
+  const auto with = [](std::size_t length, std::uint32_t apart, std::uint32_t links = 4) {
+    PoseGraph graph;
+    for (const char* name : {"a", "b"}) EXPECT_TRUE(graph.set_chain(chain_id(name), line(length)));
+    for (std::uint32_t i = 0; i < links; ++i) {
+      GraphLink l = link("a", i % 2 * apart, "b", i % 2 * apart, shift(0, 3));
+      l.b.keyframe += i / 2;
       EXPECT_TRUE(graph.set_link(l));
     }
+    return only_pair(graph.solve()).reason;
+  };
+  EXPECT_EQ(with(3, 1), JoinReason::joined) << "two metres of way, a metre apart";
+  EXPECT_EQ(with(5, 1), JoinReason::one_place);
+  EXPECT_EQ(with(5, 2), JoinReason::joined);
+  EXPECT_EQ(with(20, 2), JoinReason::one_place);
+  EXPECT_EQ(with(20, 3), JoinReason::joined) << "no door is seen from further";
+  EXPECT_EQ(with(20, 2, 12), JoinReason::joined) << "and no more would lie side by side";
+}
+
+// Robots that are linked and walk on: nobody looks at them again before the end, and what joined them joins them still.
+TEST(PoseGraph, WhatNobodyLookedForSaysNothing) {
+  const auto with = [](std::uint32_t known) {
+    PoseGraph graph = two_lines(0);
+    for (std::uint32_t i = 0; i < 12; ++i) {
+      GraphLink l = link("a", i % 4, "b", i % 4, shift(0, 1));
+      l.b.keyframe += i / 4;
+      l.known_a = l.known_b = known;
+      EXPECT_TRUE(graph.set_link(l));
+    }
+    return only_pair(graph.solve()).reason;
+  };
+  EXPECT_EQ(with(3), JoinReason::joined);
+  EXPECT_EQ(with(kAllKeyframes), JoinReason::unlinked_beside);
+}
+
+// Places side by side that no link is between: what is linked there is not what it says.
+TEST(PoseGraph, MuchSideBySideWithoutALinkRefutesLinks) {
+  const auto with = [](double aside_m) {
+    PoseGraph graph = two_lines(0);
+    for (std::uint32_t i = 0; i < 4; ++i)
+      for (std::uint32_t j = 0; j < 2; ++j) EXPECT_TRUE(graph.set_link(link("a", i, "b", i + j, shift(j, aside_m))));
     return graph.solve();
   };
-  EXPECT_EQ(only_pair(with(11)).reason, JoinReason::one_place);
-  EXPECT_EQ(only_pair(with(11)).places, 1u);
-  EXPECT_EQ(only_pair(with(12)).reason, JoinReason::joined);
+  const GraphSolution far = with(3), near = with(1);
+  EXPECT_EQ(only_pair(far).reason, JoinReason::joined) << "they walk out of each other's sight";
+  EXPECT_EQ(only_pair(near).reason, JoinReason::unlinked_beside);
+  EXPECT_EQ(near.components.size(), 2u);
 }
 
 TEST(PoseGraph, ASecondGroupOfMoreThanHalfIsALookAlike) {

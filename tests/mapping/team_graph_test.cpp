@@ -132,6 +132,40 @@ TEST_F(TeamGraphTest, RobotsWithoutKeyframesAreNoMapButTheFirst) {
   EXPECT_EQ(names(solution), (std::vector<std::string>{"a"}));
 }
 
+// Half a metre each, and each its own anchor.
+Author walker(const std::string& name, std::uint32_t keyframes) {
+  Author out(name);
+  out.hello();
+  for (std::uint32_t i = 0; i < keyframes; ++i) {
+    KeyframeRecord keyframe;
+    keyframe.index = keyframe.anchor = i;
+    keyframe.T_robot_keyframe.t_10um[0] = static_cast<std::int32_t>(50'000 * i);
+    out.write(Lane::features, RecordKind::keyframe, keyframe);
+  }
+  return out;
+}
+
+// Linked once, they walk on side by side: that there are no later links parts no map.
+TEST_F(TeamGraphTest, RobotsThatWalkOnAfterTheyWereLinkedStayTogether) {
+  Author a = walker("a", 40);
+  const Author b = walker("b", 40);
+  LinkRecord link = link_of("a", "b", 80);
+  link.keyframes_a = link.keyframes_b = 4;
+  link.pairs.clear();
+  for (std::uint32_t i = 0; i < 4; ++i)
+    for (std::uint32_t j = 0; j < 4; ++j) {
+      LinkPair& pair = link.pairs.emplace_back(LinkPair{i, j, 80, {}});
+      pair.T_a_b.t_10um[0] = 50'000 * (static_cast<std::int32_t>(j) - static_cast<std::int32_t>(i));
+    }
+  a.link(link);
+  take(a);
+  take(b);
+  EXPECT_EQ(names(solve()), (std::vector<std::string>{"a", "b"}));
+  link.keyframes_a = link.keyframes_b = 40;
+  take(a.link(link));
+  EXPECT_EQ(solve().robots.size(), 1u) << "all was looked at, and much would lie side by side without a link";
+}
+
 // What links claim of keyframes that nobody has, or that hang on no anchor, changes nothing.
 TEST_F(TeamGraphTest, LinksOfUnknownKeyframesAreLeftOut) {
   Author a = test::small_robot("a"), b = test::small_robot("b");

@@ -2,44 +2,15 @@
 
 #include <gtest/gtest.h>
 
-#include "hal/backends/simulated.hpp"
-#include "mapping/local/local_mapper.hpp"
+#include "support/explorer.hpp"
 #include "support/poses.hpp"
 #include "team/verify_clouds.hpp"
 
 namespace onemap::mapping {
 namespace {
 
-// One robot's sealed keyframes and its true first pose in the room.
-struct Explorer {
-  std::vector<KeyframeRecord> keyframes;
-  Pose T_world_first;
-};
-
-Explorer explore(const std::string& address_text, DescriptorKind features = DescriptorKind::surf) {
-  Explorer out;
-  const auto address = hal::parse_camera_address(address_text);
-  auto camera = std::move(hal::open_simulated(*address).value());
-  const auto truth = hal::simulated_truth(*address).value();
-  const auto& q = truth[0].q_world_camera_xyzw;
-  const auto& t = truth[0].t_world_camera_m;
-  out.T_world_first = {from_quaternion_wxyz({q[3], q[0], q[1], q[2]}), Vector3d(t[0], t[1], t[2])};
-  hal::FramePool pool(camera->intrinsics(), 2);
-  LocalMapperConfig config;
-  config.max_keyframes = 60;
-  config.features = features;
-  config.map.budget_bytes = 8u << 20;
-  LocalMapper mapper(config, camera->intrinsics());
-  for (;;) {
-    hal::Frame frame = pool.acquire();
-    if (camera->grab(frame, std::chrono::milliseconds(0)) != hal::Grab::frame) break;
-    mapper.process(frame.view());
-  }
-  mapper.finish();
-  KeyframeRecord record;
-  while (mapper.take_keyframe(record)) out.keyframes.push_back(record);
-  return out;
-}
+using test::explore;
+using test::Explorer;
 
 // One pair of keyframes as the verifier looks at it.
 PairResult closely(const KeyframeRecord& r, const KeyframeRecord& s) {

@@ -80,6 +80,20 @@ class PoseGraphTeam {
       if (add(a, i, b, j, noisy(truth(a, i).inverse() * wrong * truth(b, j)))) --count;
     }
   }
+  // A place of chain b that looks like one of chain a: links between all that is near it, at most so many anchors from
+  // it, and that would be near each other if it were the same place. Fewer where there are no more.
+  void add_doubles(int count, int reach, int a, int b) {
+    const int i0 = anchor(), j0 = anchor();
+    const mapping::Pose T_i0_j0{rotation({0, 0, 1}, random_.uniform(-0.3, 0.3)),
+                                {random_.uniform(-0.5, 0.5), random_.uniform(-0.5, 0.5), 0}};
+    const mapping::Pose wrong = truth(a, i0) * T_i0_j0 * truth(b, j0).inverse();
+    for (int tries = 0; count > 0 && tries < 20'000; ++tries) {
+      const int i = anchor(), j = anchor();
+      const mapping::Pose T_i_j = truth(a, i).inverse() * wrong * truth(b, j);
+      if (std::abs(i - i0) > reach || std::abs(j - j0) > reach || T_i_j.t.norm() > 3) continue;
+      if (add(a, i, b, j, noisy(T_i_j))) --count;
+    }
+  }
 
   mapping::PoseGraph graph(bool right_only = false, const mapping::PoseGraphConfig& config = {}) const {
     mapping::PoseGraph out(config);

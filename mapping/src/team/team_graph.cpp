@@ -66,12 +66,20 @@ struct Chain {
   Places places;
 };
 
+// The last of so many keyframes.
+std::uint32_t last_known(const Places& places, std::uint32_t count) {
+  if (count == 0 || count >= places.size()) return kAllKeyframes;
+  return std::next(places.begin(), static_cast<std::ptrdiff_t>(count) - 1)->first;
+}
+
 void add_link(const LinkRecord& link, const Chain& a, const Chain& b, PoseGraph& graph) {
+  const std::uint32_t known_a = last_known(a.places, link.keyframes_a),
+                      known_b = last_known(b.places, link.keyframes_b);
   for (const LinkPair& pair : link.pairs) {
     const auto end_a = end_of(a.id, a.places, pair.keyframe_a), end_b = end_of(b.id, b.places, pair.keyframe_b);
     if (!end_a || !end_b || end_a->anchor_id() == end_b->anchor_id()) continue;
     // What is refused the graph counts.
-    static_cast<void>(graph.set_link({*end_a, *end_b, from_quantized(pair.T_a_b), pair.inliers}));
+    static_cast<void>(graph.set_link({*end_a, *end_b, from_quantized(pair.T_a_b), pair.inliers, known_a, known_b}));
   }
 }
 

@@ -13,9 +13,13 @@ namespace {
 constexpr double kAhead_m = 2, kApart_m = 3;  // what two clouds look at, and how far apart they and that may be
 constexpr std::size_t kMorePairs = 24;
 // Of those that are this close so many must show one place, if there are enough to tell. Simulated corridors whose
-// doors look alike: 0.04 to 0.42 where the doors were others, 0.96 and more where they were the same.
-constexpr double kShareClose = 0.6, kClose_m = 1.5;
+// doors look alike: 0.04 to 0.75 where the doors were others, 0.96 and more where they were the same.
+constexpr double kShareClose = 0.85, kClose_m = 1.5;
 constexpr std::size_t kFewestClose = 6;
+// Pairs that put the other robot elsewhere, by more than odometry may drift between them and the ones they contradict.
+// As many as this share of these: doors that look alike agree with each other in groups, one for each way to lay one
+// row of doors on the other.
+constexpr double kElsewhere_m = 0.5, kDriftShare = 0.02, kShareElsewhere = 0.5;
 
 // Eq. (11): ref_a T ref_b through the clouds r and s.
 Pose between_references(const Verified& v) { return v.T_a_r * v.result.T_r_s * v.T_b_s.inverse(); }
@@ -115,6 +119,19 @@ bool enough(const std::vector<const Verified*>& pairs, const VerifyConfig& confi
          (!pairs.empty() && strongest(pairs).result.inliers >= config.strong_inliers);
 }
 
+// How many agree on another place than the best ones do.
+std::size_t count_elsewhere(const std::vector<Verified>& verified, const std::vector<const Verified*>& best) {
+  const Verified& top = strongest(best);
+  const Pose T_b_a = between_references(top).inverse();
+  std::vector<Verified> elsewhere;
+  for (const Verified& v : verified) {
+    const Vector3d off = T_b_a * (between_references(v) * v.T_b_s.t) - v.T_b_s.t;
+    const double way_m = (v.T_a_r.t - top.T_a_r.t).norm() + (v.T_b_s.t - top.T_b_s.t).norm();
+    if (off.norm() > kElsewhere_m + kDriftShare * way_m) elsewhere.push_back(v);
+  }
+  return largest_agreement(elsewhere).size();
+}
+
 // Once it is known how the two maps lie: the pairs of clouds that look at one place from nearby and were not looked at
 // yet, the nearest first. Where features are few the index does not see them.
 struct SideBySide {
@@ -180,9 +197,13 @@ std::optional<LinkRecord> verify_robots(const KeyframeSource& a, const KeyframeS
   const std::vector<CloudPair> chosen = choose(std::move(pairs));
   if (!verify_candidates(a, b, chosen, config, stop, verified, link)) return std::nullopt;
   SideBySide near;
+  bool contested = false;
   const std::size_t before = verified.size();
-  if (const auto first = largest_agreement(verified); enough(first, config))
+  if (const auto first = largest_agreement(verified); enough(first, config)) {
     near = side_by_side(a, b, between_references(strongest(first)), chosen);
+    contested =
+        static_cast<double>(count_elsewhere(verified, first)) > kShareElsewhere * static_cast<double>(first.size());
+  }
   if (!verify_candidates(a, b, near.close, config, stop, verified, link)) return std::nullopt;
   const std::size_t after = verified.size();
   if (!verify_candidates(a, b, near.others, config, stop, verified, link)) return std::nullopt;
@@ -191,9 +212,10 @@ std::optional<LinkRecord> verify_robots(const KeyframeSource& a, const KeyframeS
   const auto among_close = [&](const Verified* v) {
     return v >= verified.data() + before && v < verified.data() + after;
   };
-  if (near.close.size() >= kFewestClose && static_cast<double>(std::ranges::count_if(best, among_close)) <
-                                               kShareClose * static_cast<double>(near.close.size()))
-    link.reason = LinkReason::inconsistent;
+  const auto shown = static_cast<double>(std::ranges::count_if(best, among_close));
+  const bool refuted =
+      near.close.size() >= kFewestClose && shown < kShareClose * static_cast<double>(near.close.size());
+  if (link.reason == LinkReason::accepted && (contested || refuted)) link.reason = LinkReason::inconsistent;
   if (link.reason == LinkReason::accepted) link.pairs = pairs_of(verified);
   return link;
 }

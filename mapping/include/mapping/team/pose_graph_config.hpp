@@ -14,10 +14,18 @@ struct JoinConfig {
   std::uint32_t links = 4;
   // Two doors that look alike give many links that agree, all from one place. Two places by chance are rare.
   std::uint32_t places = 2;
-  double place_distance_m = 1.0;  // ends on both chains are at least so far apart: then these are two places
-  // Robots that met at one desk never come a metre apart: there so many agreeing links do instead. A place seen in
-  // passing gives about six.
+  // Ends on both chains are at least so far apart: then these are two places. While links are too few to tell from what
+  // lies side by side (fewer than links_in_one_place), who went further must have met further apart, as a door is seen
+  // from some metres before it on: up to half of how far the chain that went less far ever was from there.
+  double place_distance_m = 1.0, place_share_of_way = 0.5, most_place_distance_m = 3.0;
+  // Robots that met at one desk never come a metre apart: there so many agreeing links do instead, when one of the two
+  // was hardly anywhere else, so that there is no other place to ask: that share of its anchors is near the links.
   std::uint32_t links_in_one_place = 12;
+  double share_in_one_place = 0.67;
+  // Two cameras so near each other that look the same way see one thing. Links that lay many anchors side by side where
+  // there is no link are not what they say. Beyond what chance would miss, right ones of 50 simulated teams missed that
+  // share in 6 at most, and a place that is like another one did in all but a few.
+  double beside_m = 1.5, beside_cosine = 0.8, most_missed = 0.2;
   // Links of one chain have its odometry as a witness (chi2 above), which random ones do not pass: two are enough.
   std::uint32_t own_links = 2;
   // A second group of links that contradicts the first is a look-alike, and which of them is right is open while the

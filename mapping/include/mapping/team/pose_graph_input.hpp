@@ -49,11 +49,15 @@ struct LinkId {
   auto operator<=>(const LinkId&) const = default;
 };
 
+inline constexpr std::uint32_t kAllKeyframes = 0xFFFF'FFFF;
+
 // A verified relative pose between keyframes of two chains, or of one (an own loop).
 struct GraphLink {
   LinkEnd a, b;                // a.keyframe_id() < b.keyframe_id(); the anchors differ
   Pose T_a_b;                  // keyframe b in the frame of keyframe a
   std::uint32_t inliers = 75;  // matched features that agree, at least 1: they say how sure it is
+  // The last keyframes of the two chains that who verified it had: that there is no link to later ones says nothing.
+  std::uint32_t known_a = kAllKeyframes, known_b = kAllKeyframes;
 
   LinkId id() const { return {a.keyframe_id(), b.keyframe_id()}; }
 };

@@ -29,6 +29,7 @@ enum class JoinReason : std::uint8_t {
   no_links,
   too_few_links,       // that agree; number: how many do
   one_place,           // they agree, and are all from one place; number: how many agree
+  unlinked_beside,     // they lay much side by side that no link is between; number: how many agree
   look_alike,          // a second group contradicts the first; number: links of the second
   contradicts_others,  // rings over third chains do not close; number: links that are against it
   contradicts_graph,  // they agree with each other, and the rest of the graph rules them out; number: how many are left

@@ -100,13 +100,14 @@ void find_groups(const GraphIndex& index, const ChainFrames& frames, const JoinC
   pair.verdict.links = static_cast<std::uint32_t>(links.size());
   pair.verdict.agree = static_cast<std::uint32_t>(group.size());
   pair.verdict.second = static_cast<std::uint32_t>(second.size());
-  pair.verdict.places = count_places(index, frames, pair.agreeing, config);
+  pair.evidence = evidence_of(index, frames, pair.agreeing, config);
+  pair.verdict.places = pair.evidence.places;
   if (!group.empty()) pair.best = best_of(index, pair.agreeing);
 }
 
 void judge(const JoinConfig& config, ChainPair& pair) {
   PairVerdict& verdict = pair.verdict;
-  verdict.reason = support(config, verdict.agree, verdict.places);
+  verdict.reason = support(config, pair.evidence);
   if (pair.own()) verdict.reason = verdict.agree < config.own_links ? JoinReason::too_few_links : JoinReason::joined;
   verdict.number = verdict.agree;
   if (verdict.agree == 0) verdict.reason = JoinReason::no_links;

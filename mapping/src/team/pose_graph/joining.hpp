@@ -5,6 +5,14 @@
 
 namespace onemap::mapping {
 
+// What links that agree (of the index, all of one pair of chains) are worth as a witness.
+struct Evidence {
+  std::uint32_t links = 0;
+  std::uint32_t places = 0;  // different ones, at least; it stops looking for more where there are enough
+  double missed = 0;         // of what they lay side by side, the share without a link, beyond chance
+  double share_of_way = 0;   // of the anchors of that chain which was less elsewhere, those near a link; of one place
+};
+
 // The links between two chains, or the own loops of one, and what they are worth.
 struct ChainPair {
   std::size_t chain_a = 0, chain_b = 0;  // of the index, a <= b
@@ -12,6 +20,7 @@ struct ChainPair {
   std::vector<std::size_t> agreeing{};   // the largest group of them
   std::size_t best = 0;                  // the one of the group with the most inliers: where the chains are joined
   std::uint64_t inliers = 0;             // of the group
+  Evidence evidence{};                   // of the group
   PairVerdict verdict{};
 
   bool own() const { return chain_a == chain_b; }
@@ -28,12 +37,10 @@ struct Joining {
 // Which pairs of chains may be joined by their links, and by which.
 Joining join_chains(const GraphIndex& index, const ChainFrames& frames, const JoinConfig& config);
 
-// How many of the links (of the index) are from different places, at least: ends so far apart on both chains. It stops
-// looking for more where there are enough.
-std::uint32_t count_places(const GraphIndex& index, const ChainFrames& frames, const std::vector<std::size_t>& links,
-                           const JoinConfig& config);
+Evidence evidence_of(const GraphIndex& index, const ChainFrames& frames, const std::vector<std::size_t>& links,
+                     const JoinConfig& config);
 
-// Whether so many links from so many places may join two chains.
-JoinReason support(const JoinConfig& config, std::uint32_t links, std::uint32_t places);
+// Whether that may join two chains.
+JoinReason support(const JoinConfig& config, const Evidence& evidence);
 
 }  // namespace onemap::mapping

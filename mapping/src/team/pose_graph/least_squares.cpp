@@ -27,13 +27,14 @@ void LeastSquares::prepare(const std::vector<double>& weights) {
   for (std::size_t i = 0; i < weights.size() && fits; ++i) fits = weights[i] <= 0 || slot_[i] != kOut;
   if (fits) return;
   std::vector<NormalEquations::Pair> edges;
+  edges.reserve(problem_.odometry.size() + weights.size());
   for (const GraphEdge& edge : problem_.odometry) edges.push_back(variables(edge));
   for (std::size_t i = 0; i < weights.size(); ++i) {
     if (weights[i] <= 0 && slot_[i] == kOut) continue;
     slot_[i] = edges.size();
     edges.push_back(variables(problem_.links[i]));
   }
-  equations_ = std::make_unique<NormalEquations>(problem_.poses.size() - 1, std::move(edges));
+  equations_ = std::make_unique<NormalEquations>(problem_.poses.size() - 1, edges, preference_);
 }
 
 void LeastSquares::assemble(const std::vector<double>& weights) {
@@ -71,17 +72,18 @@ std::vector<Pose> LeastSquares::moved_by(const Eigen::VectorXd& step) const {
 
 bool LeastSquares::step(const std::vector<double>& weights) {
   assemble(weights);
-  const double before = cost(weights);
+  const double before = cost_ ? *cost_ : cost(weights);
   for (; damping_ <= kMostDamping; damping_ = std::max(kFirstDamping, 10 * damping_)) {
     ++effort_.factorisations;
     if (!equations_->factor(std::max(damping_, kLeastDamping))) continue;
-    const Eigen::VectorXd by = equations_->step();
+    const auto [by, exact] = equations_->step();
     if (!by.allFinite()) continue;
     std::vector<Pose> moved = moved_by(by);
     std::swap(moved, problem_.poses);
-    const bool small = by.cwiseAbs().maxCoeff() < kSmallStep;
+    const bool small = exact && by.cwiseAbs().maxCoeff() < kSmallStep;
     // A cost of rounding errors may go either way; a small step is the end in any case.
-    if (cost(weights) <= before || small) {
+    if (const double after = cost(weights); after <= before || small) {
+      cost_ = after;
       damping_ = damping_ > kFirstDamping ? damping_ / 10 : 0;
       return small;
     }
@@ -95,6 +97,7 @@ bool LeastSquares::optimise(const std::vector<double>& weights, std::uint32_t st
   if (problem_.poses.size() < 2 || weights == settled_) return true;
   prepare(weights);
   settled_.reset();
+  cost_.reset();
   for (std::uint32_t i = 0; i < steps; ++i)
     if (step(weights)) {
       settled_ = weights;
@@ -110,11 +113,12 @@ std::vector<double> LeastSquares::squared_errors() const {
   return out;
 }
 
-double LeastSquares::surprise(std::size_t link) const {
+std::optional<double> LeastSquares::surprise(std::size_t link) const {
   const GraphEdge& edge = problem_.links[link];
   const Linearised at = linearise(edge, problem_.poses[edge.a], problem_.poses[edge.b]);
-  const Matrix6d covariance =
-      edge.information.llt().solve(Matrix6d::Identity()) + equations_->covariance(variables(edge), at);
+  const auto of_others = equations_->covariance(variables(edge), at);
+  if (!of_others) return std::nullopt;
+  const Matrix6d covariance = edge.information.llt().solve(Matrix6d::Identity()) + *of_others;
   return at.error.dot(covariance.ldlt().solve(at.error));
 }
 

@@ -26,8 +26,10 @@ class LeastSquares {
 
   std::vector<double> squared_errors() const;  // of the links, in sigmas
   // Chi square of a link that had no weight in the last `optimise`: its error against what it and all others are
-  // unsure of.
-  double surprise(std::size_t link) const;
+  // unsure of. Nothing where that would cost too much.
+  std::optional<double> surprise(std::size_t link) const;
+  // From here on equations are solved the cheapest way; until then such that `surprise` has an answer, if it can be.
+  void no_more_surprises() { preference_ = 1; }
 
  private:
   void prepare(const std::vector<double>& weights);
@@ -40,9 +42,11 @@ class LeastSquares {
 
   PoseProblem& problem_;
   SolveEffort& effort_;
+  std::size_t preference_ = 30;  // a factor for the surprises of many links saves more than it costs
   std::unique_ptr<NormalEquations> equations_;
   std::vector<std::size_t> slot_;  // of each link in the equations; kFixed: it is not in them
   double damping_ = 0;
+  std::optional<double> cost_;                  // of the poses as they are, under the weights of this `optimise`
   std::optional<std::vector<double>> settled_;  // the weights that nothing moves under any more
 };
 

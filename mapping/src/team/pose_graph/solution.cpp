@@ -43,6 +43,8 @@ std::string_view to_string(JoinReason reason) {
       return "too few links that agree";
     case JoinReason::one_place:
       return "all links from one place";
+    case JoinReason::unlinked_beside:
+      return "much would lie side by side without a link";
     case JoinReason::look_alike:
       return "look-alike";
     case JoinReason::contradicts_others:

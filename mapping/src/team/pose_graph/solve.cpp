@@ -35,13 +35,9 @@ void withdraw_unsupported(const GraphIndex& index, const ChainFrames& frames, co
   for (ChainPair& pair : joining.pairs) {
     if (pair.own() || !pair.joined()) continue;
     const std::vector<std::size_t> left = survivors(pair, groups);
-    const auto links = static_cast<std::uint32_t>(left.size());
-    // Places are counted of a few only: so many links are enough from one.
-    const std::uint32_t places =
-        links < config.links_in_one_place ? count_places(index, frames, left, config) : config.places;
-    if (support(config, links, places) == JoinReason::joined) continue;
+    if (support(config, evidence_of(index, frames, left, config)) == JoinReason::joined) continue;
     pair.verdict.reason = JoinReason::contradicts_graph;
-    pair.verdict.number = links;
+    pair.verdict.number = static_cast<double>(left.size());
   }
 }
 

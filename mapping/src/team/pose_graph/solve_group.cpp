@@ -64,18 +64,27 @@ class Start {
   }
   // What holds the group together, and own loops.
   void trust_tree() {
-    for (std::size_t pair : group_.group.tree) trust(joining_.pairs[pair]);
-    for (const ChainPair& pair : joining_.pairs)
-      if (pair.own() && pair.joined() &&
-          std::binary_search(group_.group.chains.begin(), group_.group.chains.end(), pair.chain_a))
-        trust(pair);
+    for (std::size_t pair : tree_and_loops()) trust(joining_.pairs[pair]);
   }
-  // Pairs that close a ring of chains, when the rest does not speak against them. True: some
-  // that did not count yet.
-  bool trust_rings(const LeastSquares& squares, double chi2) {
-    std::vector<std::size_t> fit;
+  // Where the poses as they are fit what holds the group together, pairs that close a ring and fit them too contradict
+  // nothing, and count. Gives the other ones.
+  std::vector<std::size_t> trust_rings_that_fit(const std::vector<double>& squared_errors, double barc2) {
+    std::vector<std::size_t> open;
+    bool sound = true;
+    for (std::size_t pair : tree_and_loops()) sound &= fits(joining_.pairs[pair], squared_errors, barc2);
     for (std::size_t pair : group_.group.rings)
-      if (squares.surprise(place(joining_.pairs[pair].best)) <= chi2) fit.push_back(pair);
+      if (sound && fits(joining_.pairs[pair], squared_errors, barc2))
+        trust(joining_.pairs[pair]);
+      else
+        open.push_back(pair);
+    return open;
+  }
+  // Those of them that the rest does not speak against. True: some that did not count yet.
+  bool trust_rings(const std::vector<std::size_t>& rings, const LeastSquares& squares, double chi2) {
+    std::vector<std::size_t> fit;
+    for (std::size_t pair : rings)
+      if (const auto surprise = squares.surprise(place(joining_.pairs[pair].best)); surprise && *surprise <= chi2)
+        fit.push_back(pair);
     bool more = false;
     for (std::size_t pair : fit) more |= trust(joining_.pairs[pair]);
     return more;
@@ -83,6 +92,21 @@ class Start {
   std::vector<double>& weights() { return weights_; }
 
  private:
+  std::vector<std::size_t> tree_and_loops() const {
+    std::vector<std::size_t> out = group_.group.tree;
+    for (std::size_t i = 0; i < joining_.pairs.size(); ++i)
+      if (const ChainPair& pair = joining_.pairs[i];
+          pair.own() && pair.joined() && std::ranges::binary_search(group_.group.chains, pair.chain_a))
+        out.push_back(i);
+    return out;
+  }
+  // Three in four of the links that agree: one in a hundred misses by chance.
+  bool fits(const ChainPair& pair, const std::vector<double>& squared_errors, double barc2) const {
+    const auto within =
+        std::ranges::count_if(pair.agreeing, [&](std::size_t link) { return squared_errors[place(link)] <= barc2; });
+    return 4 * static_cast<std::size_t>(within) >= 3 * pair.agreeing.size();
+  }
+
   const Joining& joining_;
   const InUse& in_use_;
   const SolvedGroup& group_;
@@ -99,8 +123,12 @@ SolvedGroup solve_group(const GraphIndex& index, const ChainGroup& group, const 
   LeastSquares squares(problem, effort);
   Start start(joining, in_use, out);
   start.trust_tree();
+  const std::vector<std::size_t> rings = start.trust_rings_that_fit(squares.squared_errors(), config.gnc.barc2);
+  if (rings.empty()) squares.no_more_surprises();
   squares.optimise(start.weights(), kFirstSteps);
-  if (start.trust_rings(squares, config.join.chi2)) squares.optimise(start.weights(), kFirstSteps);
+  const bool more = start.trust_rings(rings, squares, config.join.chi2);
+  squares.no_more_surprises();
+  if (more) squares.optimise(start.weights(), kFirstSteps);
   std::vector<InUse::Link> history;
   for (std::size_t link : out.links) history.push_back(in_use.links[link]);
   const bool warm = in_use.anchors[out.reference].has_value();
