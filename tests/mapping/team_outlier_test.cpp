@@ -63,7 +63,7 @@ GraphSolution anchors_of(const SolutionRecord& solution) {
   for (const SolvedRobot& robot : solution.robots)
     for (const PlacedAnchor& anchor : robot.anchors)
       out.anchors.push_back(
-          {.id = {{robot.robot, robot.incarnation}, anchor.keyframe}, .T_map_anchor = anchor.T_map_anchor});
+          {.id = {robot.chain, anchor.keyframe}, .T_map_anchor = anchor.T_map_anchor});
   return out;
 }
 
@@ -78,12 +78,12 @@ Outcome run(int wrong) {
     team.add_right_links(24);
     team.add_random_wrong_links(wrong);
     const TeamLog log = log_of(team), clean_log = log_of(team, true);
-    const GraphSolution verdicts = team_graph(log, log.robots()).solve();
+    const GraphSolution verdicts = team_graph(log, log.chains()).solve();
     EXPECT_EQ(verdicts.links.size(), team.links().size()) << "the records hold every pair";
-    out.right += team.used(team_graph(clean_log, clean_log.robots()).solve(), true);
+    out.right += team.used(team_graph(clean_log, clean_log.chains()).solve(), true);
     out.kept += team.used(verdicts, true);
     out.wrong_kept += team.used(verdicts, false);
-    const SolutionRecord solution = solve_team(log, log.robots()), clean = solve_team(clean_log, clean_log.robots());
+    const SolutionRecord solution = solve_team(log, log.chains()), clean = solve_team(clean_log, clean_log.chains());
     EXPECT_EQ(team.misplaced_chains(verdicts), 0) << "seed " << seed;
     if (solution.robots.size() != clean.robots.size()) continue;
     ++out.whole;
@@ -109,7 +109,7 @@ TEST(TeamOutliers, WhereAllIsWrongNobodyIsMerged) {
     team.add_random_wrong_links(480);
     team.add_doubles(12, 3, 0, 1);  // and a door like another one
     const TeamLog log = log_of(team);
-    const SolutionRecord solution = solve_team(log, log.robots());
+    const SolutionRecord solution = solve_team(log, log.chains());
     EXPECT_EQ(solution.robots.size(), 1u) << "seed " << seed;
     EXPECT_EQ(solution.links_used, 0u);
     EXPECT_EQ(solution.links_refused, team.links().size());
