@@ -50,7 +50,7 @@ SolutionRecord merge(const test::Explorer& a, const test::Explorer& b, const Lin
   of_a.link(link);
   for (const test::Author& author : {of_a, author_of("b", b)})
     for (const RecordPtr& record : author.written()) static_cast<void>(log.apply(record, Instant{}));
-  return solve_team(log, log.robots());
+  return solve_team(log, log.chains());
 }
 
 void count_pairs(const test::Explorer& a, const test::Explorer& b, const LinkRecord& link, const Pose& truth,
