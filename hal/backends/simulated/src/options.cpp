@@ -14,13 +14,14 @@ struct NamedScene {
   std::string_view text;
   SceneName name;
 };
-constexpr std::array<NamedScene, 7> kScenes{{{"living-room", SceneName::living_room},
+constexpr std::array<NamedScene, 8> kScenes{{{"living-room", SceneName::living_room},
                                              {"office", SceneName::office},
                                              {"storage", SceneName::storage},
                                              {"empty-hall", SceneName::empty_hall},
                                              {"corridor", SceneName::corridor},
                                              {"house", SceneName::house},
-                                             {"ring", SceneName::ring}}};
+                                             {"ring", SceneName::ring},
+                                             {"blank-walls", SceneName::blank_walls}}};
 constexpr std::string_view kKeys =
     "robot=1..robots, robots=1..64, frames=1..1000000, seed=0..9223372036854775807, noise=kinect|none, near=0.4..2, "
     "far=1..8, width=64..1920, height=48..1440, fps=1..120";

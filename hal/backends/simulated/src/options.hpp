@@ -6,7 +6,7 @@
 
 namespace onemap::hal::simulated {
 
-enum class SceneName { living_room, office, storage, empty_hall, corridor, house, ring };
+enum class SceneName { living_room, office, storage, empty_hall, corridor, house, ring, blank_walls };
 
 // A simulated camera's address, checked; defaults and ranges as in the public header.
 struct Options {
