@@ -15,7 +15,7 @@ namespace onemap::hal {
 namespace {
 
 struct Picture {
-  FrameTime time{};
+  FrameTime time{}, depth_time{};
   std::uint64_t index = 0;
   std::vector<std::uint8_t> rgb;
   std::vector<std::uint16_t> depth;
@@ -41,7 +41,7 @@ std::vector<Picture> take(DepthCamera& camera, const std::set<std::uint64_t>& wa
   for (std::uint64_t i = 0; i <= *wanted.rbegin(); ++i) {
     EXPECT_EQ(camera.grab(frame, std::chrono::milliseconds(0)), Grab::frame);
     if (!wanted.contains(i)) continue;
-    out.push_back({frame.colour_time, frame.index, {}, {}});
+    out.push_back({frame.colour_time, frame.depth_time, frame.index, {}, {}});
     out.back().rgb.assign(frame.rgb().begin(), frame.rgb().end());
     out.back().depth.assign(frame.depth().begin(), frame.depth().end());
   }
@@ -94,6 +94,7 @@ TEST(Simulated, BadAddressesSayWhatIsValid) {
       {"simulated:office?near=2&far=1.5", "not beyond"},
       {"simulated:office?width=", "whole number from 64 to 1920"},
       {"simulated:office?fps=0", "from 1 to 120"},
+      {"simulated:office?depth_late_ms=51", "from -50 to 50"},
   };
   for (const auto& [text, reason] : cases) {
     const auto camera = open_simulated(address_of(text));
@@ -255,6 +256,17 @@ TEST(Simulated, NoiseIsFreshInEveryFrameAndForEveryRobot) {
     second += b * b;
   }
   EXPECT_LT(std::abs(both) / std::sqrt(first * second), 0.1);
+}
+
+// Depth 40 ms late is the depth of the next frame, and colour is as it was.
+TEST(Simulated, DepthMayBeLate) {
+  const std::string text = "simulated:office?width=160&height=120&noise=none&fps=25";
+  const auto own = take(text, {3, 4}), late = take(text + "&depth_late_ms=40", {3});
+  EXPECT_EQ(late[0].rgb, own[0].rgb);
+  EXPECT_EQ(late[0].depth, own[1].depth);
+  EXPECT_EQ(late[0].time, own[0].time);
+  EXPECT_EQ(late[0].depth_time - late[0].time, std::chrono::milliseconds(40));
+  EXPECT_EQ(own[0].depth_time, own[0].time);
 }
 
 TEST(Simulated, DepthKeepsItsRange) {
