@@ -44,6 +44,14 @@ Pose small_motion(const Vector6d& wv) {
   return {from_quaternion_wxyz({1.0, 0.5 * wv[0], 0.5 * wv[1], 0.5 * wv[2]}), Vector3d(wv[3], wv[4], wv[5])};
 }
 
+Vector6d motion_between(const Pose& from, const Pose& to) {
+  const Pose d = to * from.inverse();
+  const auto q = to_quaternion_wxyz(d.R);
+  Vector6d wv;
+  wv << 2 * q[1] / q[0], 2 * q[2] / q[0], 2 * q[3] / q[0], d.t;
+  return wv;
+}
+
 namespace {
 // What does not fit is the farthest that does: records from outside may place a robot anywhere.
 std::int32_t rounded(double v) {

@@ -15,7 +15,7 @@ namespace onemap::hal {
 namespace {
 
 struct Picture {
-  FrameTime time{};
+  FrameTime time{}, depth_time{};
   std::uint64_t index = 0;
   std::vector<std::uint8_t> rgb;
   std::vector<std::uint16_t> depth;
@@ -41,7 +41,7 @@ std::vector<Picture> take(DepthCamera& camera, const std::set<std::uint64_t>& wa
   for (std::uint64_t i = 0; i <= *wanted.rbegin(); ++i) {
     EXPECT_EQ(camera.grab(frame, std::chrono::milliseconds(0)), Grab::frame);
     if (!wanted.contains(i)) continue;
-    out.push_back({frame.colour_time, frame.index, {}, {}});
+    out.push_back({frame.colour_time, frame.depth_time, frame.index, {}, {}});
     out.back().rgb.assign(frame.rgb().begin(), frame.rgb().end());
     out.back().depth.assign(frame.depth().begin(), frame.depth().end());
   }
@@ -53,7 +53,8 @@ std::vector<Picture> take(const std::string& text, const std::set<std::uint64_t>
 }
 
 TEST(Simulated, SameAddressGivesSameBytes) {
-  for (const std::string scene : {"living-room", "office", "storage", "empty-hall", "corridor", "house", "ring"}) {
+  for (const std::string scene :
+       {"living-room", "office", "storage", "empty-hall", "corridor", "house", "ring", "blank-walls"}) {
     const std::string text = "simulated:" + scene + "?robot=2&width=160&height=120&seed=4";
     const auto a = take(text, {0, 3}), b = take(text, {0, 3});
     for (std::size_t i = 0; i < 2; ++i) {
@@ -81,7 +82,7 @@ TEST(Simulated, EndsAfterTheGivenFramesWithRisingTimes) {
 
 TEST(Simulated, BadAddressesSayWhatIsValid) {
   const std::vector<std::pair<std::string, std::string>> cases{
-      {"simulated:cellar", "living-room, office, storage, empty-hall, corridor, house, ring"},
+      {"simulated:cellar", "living-room, office, storage, empty-hall, corridor, house, ring, blank-walls"},
       {"simulated:", "living-room"},
       {"simulated:office?robto=1", "known: robot=1..robots"},
       {"simulated:office?robot=0", "whole number from 1 to 3"},
@@ -93,6 +94,7 @@ TEST(Simulated, BadAddressesSayWhatIsValid) {
       {"simulated:office?near=2&far=1.5", "not beyond"},
       {"simulated:office?width=", "whole number from 64 to 1920"},
       {"simulated:office?fps=0", "from 1 to 120"},
+      {"simulated:office?depth_late_ms=51", "from -50 to 50"},
   };
   for (const auto& [text, reason] : cases) {
     const auto camera = open_simulated(address_of(text));
@@ -197,7 +199,7 @@ Agreement compare(const Seen& a, const Seen& b) {
 }
 
 TEST(Simulated, FramesAgreeUnderTheTruePoses) {
-  for (const std::string scene : {"living-room", "office", "storage", "empty-hall"}) {
+  for (const std::string scene : {"living-room", "office", "storage", "empty-hall", "blank-walls"}) {
     const auto frames = see("simulated:" + scene + "?noise=none&seed=3", {0, 10, 25});
     for (const auto& [i, j] : {std::pair{0, 1}, {1, 0}, {0, 2}, {2, 1}}) {
       Agreement got = compare(frames[static_cast<std::size_t>(i)], frames[static_cast<std::size_t>(j)]);
@@ -256,6 +258,17 @@ TEST(Simulated, NoiseIsFreshInEveryFrameAndForEveryRobot) {
   EXPECT_LT(std::abs(both) / std::sqrt(first * second), 0.1);
 }
 
+// Depth 40 ms late is the depth of the next frame, and colour is as it was.
+TEST(Simulated, DepthMayBeLate) {
+  const std::string text = "simulated:office?width=160&height=120&noise=none&fps=25";
+  const auto own = take(text, {3, 4}), late = take(text + "&depth_late_ms=40", {3});
+  EXPECT_EQ(late[0].rgb, own[0].rgb);
+  EXPECT_EQ(late[0].depth, own[1].depth);
+  EXPECT_EQ(late[0].time, own[0].time);
+  EXPECT_EQ(late[0].depth_time - late[0].time, std::chrono::milliseconds(40));
+  EXPECT_EQ(own[0].depth_time, own[0].time);
+}
+
 TEST(Simulated, DepthKeepsItsRange) {
   const auto exact = take("simulated:empty-hall?noise=none", {0}).front();
   const auto noisy = take("simulated:empty-hall?near=1.2&far=1.9", {0}).front();
@@ -271,7 +284,7 @@ TEST(Simulated, DepthKeepsItsRange) {
 }
 
 TEST(Simulated, WalksAreSmoothAndInFreeSpaceForAnySeed) {
-  for (const std::string scene : {"living-room", "office", "storage", "empty-hall", "corridor"}) {
+  for (const std::string scene : {"living-room", "office", "storage", "empty-hall", "corridor", "blank-walls"}) {
     for (int seed = 1; seed <= 3; ++seed) {
       const std::string text = "simulated:" + scene +
                                "?noise=none&width=64&height=48&fps=6&frames=140&robot=" + std::to_string(seed) +
@@ -298,6 +311,37 @@ TEST(Simulated, WalksAreSmoothAndInFreeSpaceForAnySeed) {
       }
     }
   }
+}
+
+// Share of a picture's 8 x 8 blocks whose brightness changes by more than the noise and the fading towards the edges.
+double share_with_structure(const Picture& p, int width, int height) {
+  int blocks = 0, structured = 0;
+  for (int y = 0; y + 8 <= height; y += 8)
+    for (int x = 0; x + 8 <= width; x += 8) {
+      int least = 765, most = 0;
+      for (int i = 0; i < 64; ++i) {
+        const auto at = 3 * static_cast<std::size_t>((y + i / 8) * width + x + i % 8);
+        const int grey = p.rgb[at] + p.rgb[at + 1] + p.rgb[at + 2];
+        least = std::min(least, grey);
+        most = std::max(most, grey);
+      }
+      ++blocks;
+      structured += most - least > 3 * 12;
+    }
+  return static_cast<double>(structured) / blocks;
+}
+
+// All the way round, at most a few in a hundred blocks of the bare room have structure; a furnished room is full of it.
+TEST(Simulated, MostOfBlankWallsHasNoTexture) {
+  const std::set<std::uint64_t> wanted{0, 100, 200, 300, 400, 500, 600};
+  const auto mean = [&](const std::string& scene) {
+    double sum = 0;
+    for (const Picture& p : take("simulated:" + scene + "?width=320&height=240&frames=620", wanted))
+      sum += share_with_structure(p, 320, 240) / 7;
+    return sum;
+  };
+  EXPECT_LT(mean("blank-walls"), 0.12);
+  EXPECT_GT(mean("living-room"), 0.6);
 }
 
 double overlap(const Seen& a, const Seen& b) {

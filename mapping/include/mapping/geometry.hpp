@@ -34,6 +34,8 @@ Matrix3d orthonormal(const Matrix3d& R);
 // every w, and rational (no sin, no cos). w = 2 tan(angle/2) * axis. The increment that Gauss-Newton steps apply on the
 // left.
 Pose small_motion(const Vector6d& wv);
+// The other way: the left motion (w, v) with small_motion(wv) * from = to, for poses less than half a turn apart.
+Vector6d motion_between(const Pose& from, const Pose& to);
 
 // The cosine of a rotation's angle: thresholds on angles are compared as cosines, without an inverse function.
 inline double rotation_cosine(const Matrix3d& R) { return 0.5 * (R.trace() - 1); }

@@ -103,10 +103,15 @@ System linearise(const OrganizedCloud& target, std::span<const Vector3f> source,
 }
 
 // Solves a Gauss-Newton step. The damping only keeps directions that nothing determines where they are.
-Vector6d solve(const System& system) {
+Vector6d solve(const System& system, const Matrix6d* hold, const Pose& T0, const Pose& T) {
   Matrix6d H = system.H;
+  Vector6d g = system.g;
   H.diagonal() *= 1 + 1e-6;
-  return H.ldlt().solve(-system.g);
+  if (hold != nullptr) {
+    H += *hold;
+    g += *hold * motion_between(T0, T);
+  }
+  return H.ldlt().solve(-g);
 }
 
 // The robust scale is wide at first, lingers while the clouds still move, and drops when they rest at it.
@@ -119,7 +124,8 @@ double next_robust(const IcpConfig& config, double robust_m, const Vector6d& ste
 
 Icp::Icp(const IcpConfig& config) : config_(config) {}
 
-IcpResult Icp::align(const OrganizedCloud& target, std::span<const Vector3f> source, const Pose& T0) const {
+IcpResult Icp::align(const OrganizedCloud& target, std::span<const Vector3f> source, const Pose& T0,
+                     const Matrix6d* hold) const {
   IcpResult result;
   result.T_target_source = T0;
   double robust_m = config_.first_robust * config_.max_distance_m;
@@ -130,6 +136,7 @@ IcpResult Icp::align(const OrganizedCloud& target, std::span<const Vector3f> sou
     result.inliers = system.inliers;
     result.information = system.H;
     result.gradient = system.g;
+    result.weight = system.weight_sum;
     result.error_m = system.inliers > 0 ? std::sqrt(system.squared_error / system.inliers) : 0;
     result.reason = IcpReason::too_few_inliers;
     if (system.inliers < std::max(6, config_.min_inliers)) return result;
@@ -140,7 +147,7 @@ IcpResult Icp::align(const OrganizedCloud& target, std::span<const Vector3f> sou
       result.converged = result.reason == IcpReason::converged;
       return result;
     }
-    const Vector6d step = solve(system);
+    const Vector6d step = solve(system, hold, T0, result.T_target_source);
     result.T_target_source = small_motion(step) * result.T_target_source;
     const double size =
         std::max(step.head<3>().norm() / config_.stop_rotation_rad, step.tail<3>().norm() / config_.stop_translation_m);

@@ -75,6 +75,7 @@ FrameReport LocalMapper::Impl::process(const hal::FrameView& frame) {
   front_end.observe(frame, begin, seen);
   report.features = static_cast<int>(seen.features.size());
 
+  if (keyframes.empty()) keyframes.look(frame.depth);
   // Cross check, fundamental matrix, eq. (6), coherent depths, 3D RANSAC and ICP, figures 4 to 6, and with them eq.
   // (7).
   const Placed placed = tracker.locate(seen, keyframes, begin);
@@ -125,9 +126,9 @@ Pose LocalMapper::Impl::settle(const hal::FrameView& frame, const Placed& placed
   report.relocalized = tracker.state() == TrackState::lost;
   counters.relocalized += report.relocalized;
   ++counters.tracked;
-  report.keyframe_added = keyframes.follow(seen.features, T_camera_robot, placed.inliers);
+  report.keyframe_added = keyframes.follow(seen.features, T_camera_robot, placed.inliers, placed.depth.has_value());
   if (report.keyframe_added) {
-    const auto sealed = keyframes.add(frame, T_camera_robot, seen.features);
+    const auto sealed = keyframes.add(frame, T_camera_robot, seen.features, placed.depth);
     if (sealed) trajectory.seal(keyframes.landmarks(), *sealed);
     for (const SubmapAnchor& anchor : keyframes.moved_anchors()) surface.place(anchor);
     keyframes.hang_reference(surface.choose(keyframes.reference().T_camera_robot, keyframes.near_anchors()));

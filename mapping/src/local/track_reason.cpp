@@ -24,6 +24,8 @@ std::string_view to_string(TrackReason reason) {
       return "inconsistent motion";
     case TrackReason::time_not_increasing:
       return "time not increasing";
+    case TrackReason::direction_unseen:
+      return "a direction that neither colour nor depth sees";
     case TrackReason::count:
       return "count";
   }

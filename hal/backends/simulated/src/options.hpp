@@ -6,7 +6,7 @@
 
 namespace onemap::hal::simulated {
 
-enum class SceneName { living_room, office, storage, empty_hall, corridor, house, ring };
+enum class SceneName { living_room, office, storage, empty_hall, corridor, house, ring, blank_walls };
 
 // A simulated camera's address, checked; defaults and ranges as in the public header.
 struct Options {
@@ -17,6 +17,7 @@ struct Options {
   bool kinect_noise = true;
   double near_m = 0.5, far_m = 5.0;
   int width = 640, height = 480, fps = 30;
+  int depth_late_ms = 0;
 
   Intrinsics intrinsics() const;
   // Stamps start at a fixed epoch, each robot's 11 ms after the one before it: no two cameras are in step.

@@ -69,6 +69,12 @@ Recipe recipe_of(Style style) {
       return {.003, 150, .10, 1, 16, 70, .015, .10, 70, {205, 210, 214}, .35};
     case Style::cream:
       return {.003, 155, .16, .15, 12, 34, .012, .09, 60, {226, 214, 190}, .12};
+    case Style::bare_wall:
+      return {.05, 150, 1, 1, 0, 0, .02, .1, 0, {222, 216, 204}, .02};
+    case Style::bare_floor:
+      return {.05, 120, 1, 1, 0, 0, .02, .1, 0, {176, 172, 166}, .02};
+    case Style::bare_board:
+      return {.05, 135, 1, 1, 0, 0, .02, .1, 0, {200, 196, 190}, .1};
   }
   return {};
 }
@@ -211,17 +217,22 @@ void paint_marks(const Recipe& recipe, Canvas& canvas, Random& random) {
   }
 }
 
+// Noise, the style's own structure, marks.
+void paint_all(Style style, const Recipe& recipe, Canvas& canvas, Random& random) {
+  canvas.add_noise(random, recipe.cell_m, recipe.stretch, 6, recipe.noise);
+  paint_structure(style, canvas, random);
+  paint_marks(recipe, canvas, random);
+  if (style == Style::picture || style == Style::screen) paint_border(canvas, random, .08, 1);
+  canvas.add_grain(random, 5);
+}
+
 }  // namespace
 
 Texture paint(Style style, std::uint64_t key, double width_m, double height_m, double light) {
   const Recipe recipe = recipe_of(style);
   Random random(key);
   Canvas canvas(width_m, height_m, recipe.texel_m, recipe.brightness);
-  canvas.add_noise(random, recipe.cell_m, recipe.stretch, 6, recipe.noise);
-  paint_structure(style, canvas, random);
-  paint_marks(recipe, canvas, random);
-  if (style == Style::picture || style == Style::screen) paint_border(canvas, random, .08, 1);
-  canvas.add_grain(random, 5);
+  if (recipe.noise > 0) paint_all(style, recipe, canvas, random);
   Texture texture(canvas.bytes(), canvas.width(), canvas.height(), canvas.texel_m());
   choose_colours(texture, random, recipe, light);
   return texture;

@@ -28,6 +28,9 @@ enum class Style {
   light_tiles,
   linen,
   cream,
+  bare_wall,  // of one brightness: nothing to see but its edges
+  bare_floor,
+  bare_board,
 };
 
 // Paints one surface. The key decides every mark and colour: equal keys give equal surfaces, unlike ones nothing in

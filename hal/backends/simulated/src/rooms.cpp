@@ -164,6 +164,37 @@ void corridor(SceneBuilder& b) {
   }
 }
 
+// One brightness a surface, but for a few pictures. Most views have a corner or a piece of furniture; along the west
+// wall there is wall and floor and one small picture, along the south wall for a moment nothing else at all.
+void blank_walls(SceneBuilder& b) {
+  Random& r = b.random();
+  const Walls walls{6.0, 5.2};
+  b.room(walls.size_x, walls.size_y, 2.7, Style::bare_wall, Style::bare_floor, Style::bare_wall);
+  const auto bare_box = [&](double along, double back, Vec3 size) { b.box({along, back, 0}, size, Style::bare_board); };
+
+  walls.stand(b, Side::north, r.range(-.9, -.7));
+  bare_box(0, .25, {1.0, .5, 1.9});
+  walls.stand(b, Side::north, r.range(.8, 1.0));
+  bare_box(0, .3, {1.4, .6, .8});
+  hanging(b, .1, 1.3, .6, .5, Style::picture);
+
+  walls.stand(b, Side::east, r.range(-1.0, -.8));
+  bare_box(0, .4, {1.7, .8, .45});
+  walls.stand(b, Side::east, r.range(.9, 1.1));
+  bare_box(0, .2, {.8, .4, 1.2});
+  hanging(b, -1.0, 1.4, .5, .6, Style::poster);
+
+  walls.stand(b, Side::west, r.range(-.2, .2));
+  hanging(b, 0, 1.0, .35, .3, Style::picture);
+
+  walls.stand(b, Side::south, r.range(.9, 1.1));
+  bare_box(0, .2, {.5, .4, 2.7});
+  b.place(r.range(-.2, .2), r.range(-.1, .1), r.uniform());
+  bare_box(0, 0, {.5, .4, .45});
+  b.place(-2.5, 2.1, r.uniform());
+  bare_box(0, 0, {.5, .5, .7});
+}
+
 }  // namespace
 
 Walk walk_in(SceneName name, std::uint64_t seed) {
@@ -174,6 +205,7 @@ Walk walk_in(SceneName name, std::uint64_t seed) {
     case SceneName::storage:
     case SceneName::house:  // has a way of its own: pose_in_house(), pose_in_ring()
     case SceneName::ring:
+    case SceneName::blank_walls:
       break;
     case SceneName::office:
       walk.half_x_m = 1.3;
@@ -213,6 +245,9 @@ Scene build_scene(SceneName name, std::uint64_t seed) {
       break;
     case SceneName::ring:
       ring(b);
+      break;
+    case SceneName::blank_walls:
+      blank_walls(b);
       break;
   }
   return b.take();

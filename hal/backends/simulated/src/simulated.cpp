@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cassert>
+#include <optional>
 
 #include "caster.hpp"
 #include "house.hpp"
@@ -18,8 +19,8 @@ namespace {
 
 using namespace simulated;
 
-CameraPose pose_at(const Walk& walk, const Options& options, std::uint64_t frame) {
-  const double time_s = static_cast<double>(frame) / options.fps;
+CameraPose pose_at(const Walk& walk, const Options& options, std::uint64_t frame, int late_ms = 0) {
+  const double time_s = static_cast<double>(frame) / options.fps + late_ms / 1000.0;
   if (options.scene == SceneName::house) return pose_in_house(options.robot, options.seed, time_s);
   if (options.scene == SceneName::ring) return pose_in_ring(options.robot, options.robots, options.seed, time_s);
   return pose_on_walk(walk, options.robot, options.robots, options.seed, time_s);
@@ -34,7 +35,9 @@ class SimulatedCamera final : public DepthCamera {
         walk_(walk_in(options.scene, options.seed)),
         caster_(scene_, intrinsics_),
         sensor_(options),
-        row_(options.width) {}
+        row_(options.width) {
+    if (options.depth_late_ms != 0) depth_.emplace(scene_, intrinsics_, options.width);
+  }
 
   const Intrinsics& intrinsics() const override { return intrinsics_; }
 
@@ -42,12 +45,15 @@ class SimulatedCamera final : public DepthCamera {
     if (next_ == options_.frames) return Grab::end;
     assert(into.depth().size() == static_cast<std::size_t>(options_.width) * static_cast<std::size_t>(options_.height));
     caster_.start(pose_at(walk_, options_, next_));
+    if (depth_) depth_->caster.start(pose_at(walk_, options_, next_, options_.depth_late_ms));
     for (int y = 0; y < options_.height; ++y) {
       caster_.cast(y, row_);
+      if (depth_) depth_->cast(y, row_);
       sensor_.take(next_, y, row_, into.rgb(), into.depth());
     }
     into.index = next_;
-    into.colour_time = into.depth_time = options_.time(next_);
+    into.colour_time = options_.time(next_);
+    into.depth_time = into.colour_time + std::chrono::milliseconds(options_.depth_late_ms);
     ++next_;
     return Grab::frame;
   }
@@ -62,6 +68,17 @@ class SimulatedCamera final : public DepthCamera {
   }
 
  private:
+  // What depth sees when it is measured at another time than colour.
+  struct Depth {
+    Depth(const Scene& scene, const Intrinsics& k, int width) : caster(scene, k), row(width) {}
+    void cast(int y, Row& into) {
+      caster.cast(y, row);
+      into.inverse_depth.swap(row.inverse_depth);
+      into.weak.swap(row.weak);
+    }
+    Caster caster;
+    Row row;
+  };
   const Options options_;
   const Intrinsics intrinsics_;
   const Scene scene_;
@@ -69,6 +86,7 @@ class SimulatedCamera final : public DepthCamera {
   Caster caster_;
   Sensor sensor_;
   Row row_;
+  std::optional<Depth> depth_;
   std::uint64_t next_ = 0;
   Error no_error_;
 };

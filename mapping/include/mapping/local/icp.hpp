@@ -47,6 +47,7 @@ struct IcpResult {
   Eigen::Matrix<double, 6, 6> information =
       Eigen::Matrix<double, 6, 6>::Zero();  // J^T W J (rotation, translation) at the result
   Vector6d gradient = Vector6d::Zero();     // J^T W r at the result
+  double weight = 0;                        // the sum of W: what a motion that all inliers see in full would have
 };
 
 // Iterative closest point (Besl and McKay; the paper, figure 6): projective association into an organised target,
@@ -56,7 +57,10 @@ class Icp {
  public:
   explicit Icp(const IcpConfig& config);
   // source: points in the source camera's frame (downsampled); T0: first guess of T_target_source.
-  IcpResult align(const OrganizedCloud& target, std::span<const Vector3f> source, const Pose& T0) const;
+  // hold: the information by which the result is drawn to T0, of a left increment of T_target_source; what the points
+  // do not say stays as it was then. The result's information and gradient are those of the points alone.
+  IcpResult align(const OrganizedCloud& target, std::span<const Vector3f> source, const Pose& T0,
+                  const Eigen::Matrix<double, 6, 6>* hold = nullptr) const;
 
  private:
   IcpConfig config_;

@@ -19,6 +19,7 @@ enum class TrackReason : std::uint8_t {
   icp_failed,
   inconsistent_motion,
   time_not_increasing,
+  direction_unseen,  // neither colour nor depth has told all six directions for too long
   count
 };
 std::string_view to_string(TrackReason reason);

@@ -17,6 +17,18 @@ std::size_t most_points(const FrontEndConfig& config, const hal::Intrinsics& k) 
   return count(k.width) * count(k.height);
 }
 
+// A covered lens gives black, or what is not a picture at all; the barest wall has light and the sensor's noise.
+bool shows_something(std::span<const std::uint8_t> gray) {
+  constexpr std::size_t kStep = 211;  // prime: no column of pixels
+  constexpr std::uint64_t kDarkest = 16;
+  std::uint64_t n = 0, sum = 0, squares = 0;
+  for (std::size_t i = 0; i < gray.size(); i += kStep, ++n) {
+    sum += gray[i];
+    squares += std::uint64_t{gray[i]} * gray[i];
+  }
+  return sum >= kDarkest * n && n * squares >= sum * sum + n * n;  // the variance is at least 1
+}
+
 }  // namespace
 
 FrontEnd::FrontEnd(const FrontEndConfig& config, const hal::Intrinsics& k)
@@ -44,7 +56,9 @@ Observed FrontEnd::make_observed() const {
 }
 
 void FrontEnd::observe(const hal::FrameView& frame, const StepHook& begin, Observed& out) {
+  out.time = frame.colour_time;
   detect(frame, begin, out.features);
+  out.lens_open = shows_something(gray_);
   begin(Step::cloud);
   sample_cloud(frame, out.cloud);
 }

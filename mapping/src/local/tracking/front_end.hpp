@@ -15,6 +15,8 @@ namespace onemap::mapping {
 
 // A frame as the tracker sees it.
 struct Observed {
+  FrameTime time{};        // the colour's
+  bool lens_open = false;  // the image is no cover's: there is light, and some noise at least
   FeatureFrame features;
   std::vector<Vector3f> cloud;  // camera frame, metres; downsampled (figure 7)
 };

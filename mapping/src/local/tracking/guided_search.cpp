@@ -77,6 +77,7 @@ int GuidedSearch::find(LandmarkMap& map, std::span<const std::int32_t> ids, cons
                        FeatureFrame& frame) {
   claim_.assign(frame.size(), -1);
   claim_distance_.assign(frame.size(), 0);
+  expected_ = 0;
   for (const std::int32_t id : ids) {
     Landmark& l = map.landmark(id);
     const Vector3d p = T * l.p_robot;
@@ -84,6 +85,8 @@ int GuidedSearch::find(LandmarkMap& map, std::span<const std::int32_t> ids, cons
     const double u = fx_ * p.x() / p.z() + cx_, v = fy_ * p.y() / p.z() + cy_;
     if (u < 0 || v < 0 || u >= width_ || v >= height_) continue;
     ++l.visible;
+    const double margin = kMargin * width_;
+    expected_ += u >= margin && v >= margin && u < width_ - margin && v < height_ - margin;
     int feature = -1;
     std::int32_t distance = 0;
     nearest(l, u, v, config, frame, feature, distance);

@@ -23,14 +23,18 @@ class GuidedSearch {
   // Sets frame.landmark for features that were free and match a landmark of ids; returns how many. Counts visible.
   int find(LandmarkMap& map, std::span<const std::int32_t> ids, const Pose& T_camera_robot, const SearchConfig& config,
            FeatureFrame& frame);
+  // Landmarks that the last find() looked for well inside the image, where a feature of any size can be found.
+  int expected() const { return expected_; }
 
  private:
   void nearest(const Landmark& landmark, double u, double v, const SearchConfig& config, const FeatureFrame& frame,
                int& feature, std::int32_t& distance) const;
   static constexpr int kCell_px = 20;
+  static constexpr double kMargin = 0.075;  // of the image's width
   double fx_, fy_, cx_, cy_;
   int width_, height_;  // of the image
   int columns_, rows_;
+  int expected_ = 0;
   std::vector<std::uint16_t> cell_begin_, order_;
   std::vector<Eigen::Vector2f> pixel_;                // undistorted pixel of each feature
   std::vector<std::int32_t> claim_, claim_distance_;  // per feature: landmark that claims it

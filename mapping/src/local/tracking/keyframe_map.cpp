@@ -1,6 +1,7 @@
 #include "keyframe_map.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace onemap::mapping {
 
@@ -33,11 +34,11 @@ KeyframeMap::KeyframeMap(const KeyframeMapConfig& config, const hal::Intrinsics&
   near_landmarks_.reserve(kMaxNearLandmarks);
 }
 
-bool KeyframeMap::follow(const FeatureFrame& features, const Pose& T_camera_robot, int inliers) {
+bool KeyframeMap::follow(const FeatureFrame& features, const Pose& T_camera_robot, int inliers, bool led) {
   ++frames_since_keyframe_;
   if (empty()) return true;
   choose_reference(features);
-  return wants(features, T_camera_robot, inliers);
+  return wants(features, T_camera_robot, inliers, led);
 }
 
 void KeyframeMap::choose_reference(const FeatureFrame& features) {
@@ -81,10 +82,11 @@ void KeyframeMap::gather_near() {
     }
 }
 
-bool KeyframeMap::wants(const FeatureFrame& features, const Pose& T_camera_robot, int inliers) const {
-  if (inliers < kKeyframeMinInliers) return false;
+bool KeyframeMap::wants(const FeatureFrame& features, const Pose& T_camera_robot, int inliers, bool led) const {
+  if (!led && inliers < kKeyframeMinInliers) return false;
   if (gate_.beyond(reference().T_camera_robot * T_camera_robot.inverse())) return true;
-  return frames_since_keyframe_ >= kFramesToRenew && kKnownShare * inliers < static_cast<int>(features.size());
+  return inliers >= kKeyframeMinInliers && frames_since_keyframe_ >= kFramesToRenew &&
+         kKnownShare * inliers < static_cast<int>(features.size());
 }
 
 // A slot of the pool, empty; what had to go for it, the features do not know any more.
@@ -115,7 +117,7 @@ void KeyframeMap::link_landmarks(MapKeyframe& keyframe) {
 }
 
 std::optional<std::size_t> KeyframeMap::add(const hal::FrameView& frame, const Pose& T_camera_robot,
-                                            FeatureFrame& features) {
+                                            FeatureFrame& features, const std::optional<PosePrior>& depth) {
   std::size_t slot = 0;
   MapKeyframe& k = take_keyframe(features, slot);
   k.used = true;
@@ -123,6 +125,7 @@ std::optional<std::size_t> KeyframeMap::add(const hal::FrameView& frame, const P
   k.index = static_cast<std::uint32_t>(made_++);
   k.time = frame.colour_time;
   k.T_camera_robot = T_camera_robot;
+  k.depth = depth;
   k.anchor = {k.index, T_camera_robot};  // until it is hung on another one
   copy_features(features, k.features);
   cloud_.see(frame.depth, k);
@@ -131,7 +134,7 @@ std::optional<std::size_t> KeyframeMap::add(const hal::FrameView& frame, const P
   window_[window_size_++] = slot;
   if (window_size_ > 1) adjuster_.adjust(map_, window(), focal_px_);
   std::copy(k.features.landmark.begin(), k.features.landmark.end(), features.landmark.begin());
-  reference_ = slot;
+  led_from_ = std::exchange(reference_, slot);
   gather_near();
   frames_since_keyframe_ = 0;
   return sealed;
@@ -139,14 +142,15 @@ std::optional<std::size_t> KeyframeMap::add(const hal::FrameView& frame, const P
 
 std::span<const SubmapAnchor> KeyframeMap::near_anchors() {
   std::size_t count = 0;
-  for (std::size_t i = 0; i < near_keyframe_count_; ++i) {
-    const SubmapAnchor& anchor = map_.keyframe(near_keyframes_[i]).anchor;
+  const auto list = [&](std::size_t slot) {
+    const SubmapAnchor& anchor = map_.keyframe(slot).anchor;
     const auto known = std::span(anchors_).first(count);
-    if (near_keyframes_[i] == reference_ ||
-        std::ranges::any_of(known, [&](const SubmapAnchor& a) { return a.keyframe == anchor.keyframe; }))
-      continue;
-    anchors_[count++] = anchor;
-  }
+    if (slot != reference_ &&
+        std::ranges::none_of(known, [&](const SubmapAnchor& a) { return a.keyframe == anchor.keyframe; }))
+      anchors_[count++] = anchor;
+  };
+  for (std::size_t i = 0; i < near_keyframe_count_; ++i) list(near_keyframes_[i]);
+  if (reference().depth && map_.keyframe(led_from_).used) list(led_from_);
   return std::span(anchors_).first(count);
 }
 

@@ -38,18 +38,23 @@ class KeyframeMap {
   const MapKeyframe& reference() const { return map_.keyframe(reference_); }
   const OrganizedCloud& reference_cloud() const { return cloud_.cloud(); }
   void use_reference(std::size_t slot);
+  // While empty: a frame that may become the first keyframe; reference_cloud() is its own until the next call.
+  void look(std::span<const std::uint16_t> depth) { cloud_.look(depth); }
   // The landmarks that the reference and the keyframes around it see.
   std::span<const std::int32_t> near() const { return near_landmarks_; }
 
-  // A frame was placed: the keyframe of the neighbourhood that shares most landmarks with it becomes the reference.
-  // Whether the frame should become a keyframe itself.
-  bool follow(const FeatureFrame& features, const Pose& T_camera_robot, int inliers);
+  // A frame was placed (led: by depth, where colour had little to say): the keyframe of the neighbourhood that shares
+  // most landmarks with it becomes the reference. Whether the frame should become a keyframe itself.
+  bool follow(const FeatureFrame& features, const Pose& T_camera_robot, int inliers, bool led = false);
 
   // The frame becomes a keyframe and the reference: new landmarks, and bundle adjustment of the window, after which the
-  // reference has its pose and the features know their landmarks. The slot of the keyframe that left the window.
-  std::optional<std::size_t> add(const hal::FrameView& frame, const Pose& T_camera_robot, FeatureFrame& features);
+  // reference has its pose and the features know their landmarks. depth: what holds its pose beside its landmarks. The
+  // slot of the keyframe that left the window.
+  std::optional<std::size_t> add(const hal::FrameView& frame, const Pose& T_camera_robot, FeatureFrame& features,
+                                 const std::optional<PosePrior>& depth = std::nullopt);
   std::optional<std::size_t> seal_oldest();  // of the window; none when it is empty
-  // The anchors of the reference and of the keyframes around it, each once. Valid until the next add().
+  // The anchors of the keyframes around the reference (and of the one that it was led from), each once. Valid until the
+  // next add().
   std::span<const SubmapAnchor> near_anchors();
   void hang_reference(const std::optional<SubmapAnchor>& anchor);  // on that one; none: it is an anchor itself
   // The anchors among the keyframes of the window, which have moved with it. Valid until the next call.
@@ -63,7 +68,7 @@ class KeyframeMap {
   static constexpr std::size_t kMaxNearLandmarks = 6000, kMaxWindowObservations = 16000, kNearKeyframes = 10;
   void choose_reference(const FeatureFrame& features);
   void gather_near();
-  bool wants(const FeatureFrame& features, const Pose& T_camera_robot, int inliers) const;
+  bool wants(const FeatureFrame& features, const Pose& T_camera_robot, int inliers, bool led) const;
   MapKeyframe& take_keyframe(FeatureFrame& features, std::size_t& slot);
   void link_landmarks(MapKeyframe& keyframe);
   std::span<const std::size_t> window() const { return {window_.data(), window_size_}; }
@@ -76,12 +81,13 @@ class KeyframeMap {
   std::uint64_t made_ = 0;
   std::uint32_t frames_since_keyframe_ = 0;
   std::size_t reference_ = 0;                  // slot
+  std::size_t led_from_ = 0;                   // slot of the reference before, when the reference was led by depth
   std::array<std::size_t, kWindow> window_{};  // slots, oldest first
   std::size_t window_size_ = 0;
   std::array<std::size_t, kNearKeyframes> near_keyframes_{};
   std::size_t near_keyframe_count_ = 0;
   std::vector<std::int32_t> near_landmarks_;
-  std::array<SubmapAnchor, std::max(kNearKeyframes, kWindow)> anchors_;  // answers
+  std::array<SubmapAnchor, std::max(kNearKeyframes + 1, kWindow)> anchors_;  // answers
 };
 
 }  // namespace onemap::mapping

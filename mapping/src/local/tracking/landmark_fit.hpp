@@ -19,6 +19,11 @@ class LandmarkFit {
   // Counts in the landmarks how often they were visible and found. Returns the inliers.
   int fit(FeatureFrame& features, LandmarkMap& map, std::span<const std::int32_t> near, const PosePrior* prior,
           Pose& T_camera_robot);
+  // Of the last fit: the landmarks that should have been in the image, and what those found say of the pose.
+  int expected() const { return search_.expected(); }
+  Eigen::Matrix<double, 6, 6> information(const Pose& T_camera_robot) const {
+    return information_of(observations_, focal_px_, T_camera_robot);
+  }
 
  private:
   void observe(const FeatureFrame& features, const LandmarkMap& map);

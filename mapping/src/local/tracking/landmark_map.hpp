@@ -1,10 +1,12 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "feature_frame.hpp"
 #include "mapping/local/submap_anchor.hpp"
+#include "pose_refiner.hpp"
 
 namespace onemap::mapping {
 
@@ -26,7 +28,8 @@ struct MapKeyframe {
   std::uint32_t index = 0;  // the robot's count
   FrameTime time{};
   Pose T_camera_robot;
-  SubmapAnchor anchor;  // the keyframe, itself or an earlier one, into whose submap frames near it are fused
+  std::optional<PosePrior> depth;  // what depth says of the pose, of a keyframe that depth placed
+  SubmapAnchor anchor;             // the keyframe, itself or an earlier one, into whose submap frames near it are fused
   FeatureFrame features;
   std::vector<std::uint16_t> grid_depth;  // kGridWidth x kGridHeight, units of 0.25 mm, 0 = none
   double grid_fx = 0, grid_fy = 0, grid_cx = 0, grid_cy = 0;

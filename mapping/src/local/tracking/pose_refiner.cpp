@@ -16,15 +16,6 @@ Matrix3d skew(const Vector3d& v) {
   return S;
 }
 
-// The left motion (w, v) with small_motion(wv) * from = to, for nearby poses.
-Vector6d motion_between(const Pose& from, const Pose& to) {
-  const Pose d = to * from.inverse();
-  const auto q = to_quaternion_wxyz(d.R);
-  Vector6d wv;
-  wv << 2 * q[1] / q[0], 2 * q[2] / q[0], 2 * q[3] / q[0], d.t;
-  return wv;
-}
-
 void accumulate(const PoseObservation& obs, double focal_px, const Pose& T, Matrix6d& H, Vector6d& g) {
   const Vector3d p = T * obs.p_robot;
   if (p.z() < kMinZ_m) return;
@@ -78,6 +69,15 @@ RefineResult refine_pose(std::span<PoseObservation> observations, double focal_p
     if (result.inliers < 6) break;
   }
   return result;
+}
+
+Eigen::Matrix<double, 6, 6> information_of(std::span<const PoseObservation> observations, double focal_px,
+                                           const Pose& T) {
+  Matrix6d H = Matrix6d::Zero();
+  Vector6d g = Vector6d::Zero();
+  for (const PoseObservation& obs : observations)
+    if (obs.inlier) accumulate(obs, focal_px, T, H, g);
+  return H;
 }
 
 Eigen::Matrix<double, 6, 6> information_of_inverse(const Matrix6d& information, const Pose& T) {

@@ -29,6 +29,10 @@ struct RefineResult {
 RefineResult refine_pose(std::span<PoseObservation> observations, double focal_px, const PosePrior* prior,
                          Pose& T_camera_robot);
 
+// What the inliers say of an increment of T_camera_robot.
+Eigen::Matrix<double, 6, 6> information_of(std::span<const PoseObservation> observations, double focal_px,
+                                           const Pose& T_camera_robot);
+
 // The information of an increment of T_target_source moved to one of T_source_target (the adjoint on both sides).
 Eigen::Matrix<double, 6, 6> information_of_inverse(const Eigen::Matrix<double, 6, 6>& information,
                                                    const Pose& T_target_source);

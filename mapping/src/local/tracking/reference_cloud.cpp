@@ -16,10 +16,14 @@ ReferenceCloud::ReferenceCloud(const hal::Intrinsics& intrinsics) : intrinsics_(
   is_seen_ = true;
 }
 
-void ReferenceCloud::see(std::span<const std::uint16_t> depth, MapKeyframe& keyframe) {
+void ReferenceCloud::look(std::span<const std::uint16_t> depth) {
   organize(depth, intrinsics_, kGridWidth, kGridHeight, seen_);
-  store_grid(seen_, keyframe);
   is_seen_ = true;
+}
+
+void ReferenceCloud::see(std::span<const std::uint16_t> depth, MapKeyframe& keyframe) {
+  look(depth);
+  store_grid(seen_, keyframe);
 }
 
 void ReferenceCloud::restore(const MapKeyframe& keyframe) {

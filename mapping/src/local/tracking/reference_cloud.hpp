@@ -13,6 +13,7 @@ namespace onemap::mapping {
 class ReferenceCloud {
  public:
   explicit ReferenceCloud(const hal::Intrinsics& intrinsics);
+  void look(std::span<const std::uint16_t> depth);  // that nobody keeps
   // A new keyframe's depth image; the keyframe keeps its grid.
   void see(std::span<const std::uint16_t> depth, MapKeyframe& keyframe);
   void restore(const MapKeyframe& keyframe);

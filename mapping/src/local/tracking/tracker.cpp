@@ -10,8 +10,10 @@ namespace {
 constexpr std::size_t kMinFeatures = 15;
 constexpr int kMinFirstDepths = 20;  // features with depth of the first frame
 constexpr int kMinLandmarkInliers = 15;
-constexpr std::size_t kRelocalisationTries = 4;  // keyframes a frame
-constexpr double kJump_m = 0.5, kJump_deg = 60;  // between two frames; more is a mistake
+constexpr std::size_t kRelocalisationTries = 4;            // keyframes a frame
+constexpr double kJump_m = 0.5, kJump_deg = 60;            // between two frames; more is a mistake
+constexpr std::size_t kRichFeatures = 150;                 // with more features, colour has something to say
+constexpr std::chrono::milliseconds kLongestUnseen{1500};  // for which a direction may be the motion's alone
 // What ICP may say beside the features: its information is in 1/m^2, colour and depth are up to 20 ms apart.
 constexpr double kIcpWeight = 0.01;
 // ICP may correct the features by 3 cm and 3 degrees.
@@ -53,21 +55,26 @@ Tracker::Tracker(const TrackerConfig& config, const hal::Intrinsics& k, Observed
 Placed Tracker::locate(Observed& seen, KeyframeMap& map, const StepHook& begin) {
   compared_ = {};
   placed_ = false;
-  if (seen.features.size() < kMinFeatures) return {TrackReason::too_few_features, {}, 0, 0};
-  if (map.empty()) return first(seen.features);
-  Placed placed = by_known_images(seen, map, begin);
+  if (map.empty()) return first(seen, map);
+  Placed placed{TrackReason::too_few_features, {}, 0, 0, {}};
+  if (seen.features.size() >= kMinFeatures) placed = by_known_images(seen, map, begin);
+  lead_where_colour_is_poor(seen, map, begin, placed);
   const Pose jump = T_previous_robot_ * placed.T_camera_robot.inverse();
   if (placed.ok() && state_ == TrackState::tracking && jump_gate_.beyond(jump))
     placed.reason = TrackReason::inconsistent_motion;
   return placed;
 }
 
-// The robot's own frame is where its first camera is.
-Placed Tracker::first(const FeatureFrame& features) const {
+// The robot's own frame is where its first camera is; features or depth must be able to tell where the next one is.
+Placed Tracker::first(const Observed& seen, const KeyframeMap& map) const {
+  const FeatureFrame& features = seen.features;
   int with_depth = 0;
   for (std::size_t i = 0; i < features.size(); ++i) with_depth += features.has_depth(i);
-  if (with_depth < kMinFirstDepths) return {TrackReason::depth_incoherent, {}, 0, 0};
-  return {TrackReason::first_frame, {}, 0, with_depth};
+  const bool by_depth =
+      features.size() < kRichFeatures && seen.lens_open && depth_sees_all(map.reference_cloud(), seen.cloud, icp_);
+  if (!by_depth && features.size() < kMinFeatures) return {TrackReason::too_few_features, {}, 0, 0, {}};
+  if (!by_depth && with_depth < kMinFirstDepths) return {TrackReason::depth_incoherent, {}, 0, 0, {}};
+  return {TrackReason::first_frame, {}, 0, with_depth, {}};
 }
 
 Placed Tracker::by_known_images(Observed& seen, KeyframeMap& map, const StepHook& begin) {
@@ -125,6 +132,27 @@ TrackReason Tracker::by_image(const FeatureFrame& other, const Pose& T_other_rob
   return placed.inliers >= kMinLandmarkInliers ? TrackReason::ok : TrackReason::ransac_failed;
 }
 
+// Few landmarks, or none: where the camera should be is looked for in depth, and what landmarks there are join. A
+// direction that nothing tells is taken from the motion, for a while.
+void Tracker::lead_where_colour_is_poor(Observed& seen, KeyframeMap& map, const StepHook& begin, Placed& placed) {
+  const bool by_colour = placed.ok();
+  const auto expected = motion_.at(seen.time);
+  const bool poor = by_colour ? !sees_all(fit_.information(placed.T_camera_robot), mean_depth(seen.cloud))
+                              : seen.features.size() < kRichFeatures;
+  const auto led = poor && expected && seen.lens_open
+                       ? lead_by_depth(seen, map, *expected, by_colour, icp_, fit_, begin)
+                       : std::nullopt;
+  if (!led) {
+    if (by_colour) all_seen_ = seen.time;
+    return;
+  }
+  if (led->all_seen) all_seen_ = seen.time;
+  placed.reason = seen.time - all_seen_ <= kLongestUnseen ? TrackReason::ok : TrackReason::direction_unseen;
+  placed.T_camera_robot = led->T_camera_robot;
+  placed.inliers = led->inliers;
+  placed.depth = led->depth;
+}
+
 // ICP (figure 6) of the frame's cloud against the reference keyframe's; its answer is a prior for the landmark fit if
 // it agrees with the guess.
 std::optional<PosePrior> Tracker::align_depth(const Observed& seen, const KeyframeMap& map,
@@ -143,6 +171,7 @@ std::optional<PosePrior> Tracker::align_depth(const Observed& seen, const Keyfra
 
 void Tracker::follow(Observed& seen, FrameTime time, const Pose& T_camera_robot) {
   state_ = TrackState::tracking;
+  motion_.follow(time, T_camera_robot);
   T_previous_robot_ = T_camera_robot;
   previous_time_ = time;
   std::swap(seen, previous_);

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "depth_lead.hpp"
 #include "front_end.hpp"
 #include "hal/frame.hpp"
 #include "keyframe_map.hpp"
@@ -11,6 +12,7 @@
 #include "mapping/local/step.hpp"
 #include "mapping/local/track_reason.hpp"
 #include "mapping/local/two_view.hpp"
+#include "motion.hpp"
 #include "motion_gate.hpp"
 
 namespace onemap::mapping {
@@ -18,8 +20,9 @@ namespace onemap::mapping {
 // Where a frame was placed, or why it was not.
 struct Placed {
   TrackReason reason = TrackReason::ok;
-  Pose T_camera_robot;           // when ok()
-  int matches = 0, inliers = 0;  // of the last image that it was compared with
+  Pose T_camera_robot;             // when ok()
+  int matches = 0, inliers = 0;    // of the last image that it was compared with
+  std::optional<PosePrior> depth;  // what depth says of the pose, when depth led
 
   bool ok() const { return reason == TrackReason::ok || reason == TrackReason::first_frame; }
 };
@@ -30,7 +33,7 @@ struct TrackerConfig {
 };
 
 // Where is the camera? A frame is placed by the frame before it, by the reference keyframe, or, when the camera is
-// lost, by earlier keyframes. Memory is taken in the constructor.
+// lost, by earlier keyframes; where these have few features, by depth. Memory is taken in the constructor.
 class Tracker {
  public:
   // spare: an Observed with the memory that frames need (FrontEnd::make_observed()).
@@ -56,13 +59,14 @@ class Tracker {
     std::size_t slot = 0;
     FrameTime time{};
   };
-  Placed first(const FeatureFrame& features) const;
+  Placed first(const Observed& seen, const KeyframeMap& map) const;
   Placed by_known_images(Observed& seen, KeyframeMap& map, const StepHook& begin);
   TrackReason relocalise(Observed& seen, KeyframeMap& map, const StepHook& begin, Placed& placed);
   TrackReason by_previous(Observed& seen, KeyframeMap& map, const StepHook& begin, Placed& placed);
   TrackReason by_keyframe(std::size_t slot, Observed& seen, KeyframeMap& map, const StepHook& begin, Placed& placed);
   TrackReason by_image(const FeatureFrame& other, const Pose& T_other_robot, Observed& seen, KeyframeMap& map,
                        const StepHook& begin, Placed& placed);
+  void lead_where_colour_is_poor(Observed& seen, KeyframeMap& map, const StepHook& begin, Placed& placed);
   std::optional<PosePrior> align_depth(const Observed& seen, const KeyframeMap& map, const Pose& T_camera_robot) const;
 
   TwoView two_view_;
@@ -73,6 +77,8 @@ class Tracker {
   Observed previous_;  // the last placed frame
   FrameTime previous_time_{};
   Pose T_previous_robot_;
+  Motion motion_;
+  FrameTime all_seen_{};                 // of the last frame for which all six directions were seen
   std::size_t relocalisation_next_ = 0;  // slot
   Compared compared_;
   bool placed_ = false;  // the frame that was compared: previous_ is it then

@@ -99,6 +99,7 @@ void WindowAdjuster::gather_free(LandmarkMap& map, std::span<const std::size_t> 
   for (const std::size_t slot : free_slots) {
     pose_[free_] = map.keyframe(slot).T_camera_robot;
     free_slot_[free_] = slot;
+    depth_[free_] = map.keyframe(slot).depth;
     add_observations(map, slot, static_cast<std::int32_t>(free_), true);
     ++free_;
   }
@@ -138,6 +139,11 @@ void WindowAdjuster::sort_by_point() {
 
 double WindowAdjuster::cost(double focal_px, const std::array<Pose, kWindow>& poses, bool trial) const {
   double sum = 0;
+  for (std::size_t i = 0; i < free_; ++i) {
+    if (!depth_[i]) continue;
+    const Vector6d off = motion_between(depth_[i]->T_camera_robot, poses[i]);
+    sum += off.dot(depth_[i]->information * off);
+  }
   for (std::size_t j = 0; j < points_.size(); ++j)
     for (std::uint32_t k = points_[j].begin; k < points_[j].end; ++k) {
       const Obs& obs = observations_[k];
@@ -165,9 +171,20 @@ void WindowAdjuster::linearize(double focal_px, double lambda) {
     inverse_V_[j] = V.inverse();
     eliminate_point(j);
   }
+  hold_by_depth();
   for (int d = 0; d < N; ++d) S_(d, d) += lambda * std::abs(S_(d, d)) + 1e-9;
   if (first_is_fixed_)
     for (int d = 0; d < 6; ++d) S_(d, d) = 1, g_[d] = 0;
+}
+
+// Keyframes that depth has placed stay near to where it says: their landmarks are few.
+void WindowAdjuster::hold_by_depth() {
+  for (std::size_t i = first_is_fixed_ ? 1 : 0; i < free_; ++i) {
+    if (!depth_[i]) continue;
+    const int at = 6 * static_cast<int>(i);
+    S_.block<6, 6>(at, at) += depth_[i]->information;
+    g_.segment<6>(at) -= depth_[i]->information * motion_between(depth_[i]->T_camera_robot, pose_[i]);
+  }
 }
 
 // The point's observations: their part of U and g, W, the point's own gradient b; returns its V.

@@ -44,6 +44,7 @@ class WindowAdjuster {
   void add_observations(LandmarkMap& map, std::size_t slot, std::int32_t pose, bool create);
   double cost(double focal_px, const std::array<Pose, kWindow>& poses, bool trial) const;
   void linearize(double focal_px, double lambda);
+  void hold_by_depth();
   Matrix3d linearize_point(std::size_t j, double focal_px);
   void eliminate_point(std::size_t j);
   bool solve();
@@ -55,6 +56,7 @@ class WindowAdjuster {
   std::array<std::size_t, kWindow> free_slot_{};
   std::array<std::size_t, kFixedMost> fixed_slot_{};
   std::array<Pose, kWindow> pose_, trial_pose_;
+  std::array<std::optional<PosePrior>, kWindow> depth_;
   std::array<Pose, kFixedMost> fixed_pose_;
   std::vector<Point> points_;
   std::vector<Vector3d> trial_, step_b_;

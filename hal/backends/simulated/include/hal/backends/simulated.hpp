@@ -12,8 +12,10 @@ namespace onemap::hal {
 // depend on the frames before it. All robots of one scene and seed see the same room, under the same light, from
 // neighbouring places of one closed walk, so that their views overlap.
 //
-// SCENE: living-room, office, storage, empty-hall, corridor (its doors look alike on purpose), house, ring. No two
-// scenes, and no two seeds of one scene, share a texture. In the house each robot walks its own of three rooms (robot 4
+// SCENE: living-room, office, storage, empty-hall, corridor (its doors look alike on purpose), house, ring,
+// blank-walls (most of what is seen has one brightness: what a colour camera follows is a few pictures, what a depth
+// camera follows is corners and furniture, and at one place there is neither for a moment). No two scenes, and no two
+// seeds of one scene, share a texture. In the house each robot walks its own of three rooms (robot 4
 // the first again) and sees the same as its neighbour only at the passages: a round takes 18 s, 540 frames. The ring is
 // a corridor of 60 m that leads into itself, with doors that look alike: the robots start at equal distances and walk
 // round it in 100 s.
@@ -30,6 +32,7 @@ namespace onemap::hal {
 //   width   640      64..1920      pixels; the focal length scales with it (525 at 640)
 //   height  480      48..1440      pixels
 //   fps     30       1..120        frames a second, of the time stamps and of the walk
+//   depth_late_ms    0  -50..50    after colour by which depth is measured, in place and in its time stamp
 //
 // An unknown scene, an unknown option or a value out of its range is an error that lists what is valid.
 Result<std::unique_ptr<DepthCamera>> open_simulated(const CameraAddress& address);

@@ -1,0 +1,28 @@
+#pragma once
+#include <optional>
+
+#include "hal/base/time.hpp"
+#include "mapping/geometry.hpp"
+
+namespace onemap::mapping {
+
+// Where the camera should be, if it goes on as it did: the last pose, and the velocity, smoothed over a tenth of a
+// second. It is what is left to go by where neither colour nor depth says anything.
+class Motion {
+ public:
+  struct Expected {
+    Pose T_camera_robot;
+    Eigen::Matrix<double, 6, 6> information;  // of a left increment: how much a hand may change its mind since
+  };
+  void follow(FrameTime time, const Pose& T_camera_robot);
+  // None when nothing is known, or what is known is older than 0.3 s.
+  std::optional<Expected> at(FrameTime time) const;
+
+ private:
+  bool any_ = false, moving_ = false;  // a pose, a velocity is known
+  FrameTime time_{};
+  Pose T_camera_robot_;
+  Vector6d velocity_ = Vector6d::Zero();  // left increment a second
+};
+
+}  // namespace onemap::mapping
