@@ -64,6 +64,11 @@ Status App::open_rest() {
   Outbox outbox;
   outbox.publish = [this](OutgoingRecord record) { radio_->publish(std::move(record)); };
   outbox.finish = [this](std::uint32_t frames) { radio_->finish(frames); };
+  outbox.next_chain = [this](std::uint32_t frames) {
+    OutgoingRecord hello = greeting();
+    hello.ends_life_of = frames;
+    radio_->publish(std::move(hello));
+  };
   pipeline_ = std::make_unique<Pipeline>(config_, camera_->intrinsics(), capture_->frames(), std::move(outbox),
                                          failures_, log_);
   return success();
@@ -80,7 +85,7 @@ Status App::open_team() {
   team.lost_after = seconds(config_.lost_after_s);
   Radio::Listener listener;
   listener.applied = [this](auto record) { team_->apply(std::move(record)); };
-  listener.new_life = [this](std::uint64_t incarnation) { team_->begin_life(incarnation); };
+  listener.new_life = [this](std::uint64_t incarnation, bool repeats) { team_->begin_life(incarnation, repeats); };
   auto radio = Radio::open(config_, std::move(listener), failures_, log_);
   if (!radio) return radio.error();
   radio_ = std::move(*radio);
@@ -90,9 +95,13 @@ Status App::open_team() {
   return success();
 }
 
-void App::start() {
+OutgoingRecord App::greeting() const {
   const mapping::HelloRecord hello{config_.id, printable(printable(config_.camera).substr(0, 180))};
-  radio_->publish({mapping::Lane::control, mapping::RecordKind::hello, encode(hello)});
+  return {mapping::Lane::control, mapping::RecordKind::hello, encode(hello)};
+}
+
+void App::start() {
+  radio_->publish(greeting());
   team_->start();
   radio_->start();
   pipeline_->start();

@@ -220,8 +220,13 @@ void add_run(std::vector<ConfigKey>& keys) {
       {"run", "peer_wait_s", "once: seconds to wait for peers that were never heard"}, kSeconds,
       [](auto& c) -> auto& { return c.peer_wait_s; }));
   keys.push_back(number(
-      {"run", "merge_while_mapping_s", "seconds between looks for links while robots map; 0: only at the end, and no map before"}, kSeconds,
-      [](auto& c) -> auto& { return c.merge_while_mapping_s; }));
+      {"run", "merge_while_mapping_s",
+       "seconds between looks for links while robots map; 0: only at the end, and no map before"},
+      kSeconds, [](auto& c) -> auto& { return c.merge_while_mapping_s; }));
+  keys.push_back(number(
+      {"run", "new_chain_after_s",
+       "seconds after which a camera that sees something and is lost goes on in a map of its own; 0: never"},
+      kSeconds, [](auto& c) -> auto& { return c.new_chain_after_s; }));
   keys.push_back(number<double>(
       {"run", "map_interval_s", "seconds between two states of the global map while robots map"}, {0.1, kSeconds.most},
       [](auto& c) -> auto& { return c.map_interval_s; }));

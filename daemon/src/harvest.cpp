@@ -174,10 +174,13 @@ std::vector<MapPicture> Harvest::pictures() const {
   // A robot alone has one map, with its loops closed.
   if (solution != nullptr && config_.alone()) return {solved_picture("/local", local_title, *solution)};
   std::vector<MapPicture> pictures;
-  const SavedPath path =
-      make_path(config_.id, color_of(config_.id), from_.pipeline.poses(), from_.pipeline.keyframe_poses());
-  if (const mapping::VoxelMap* local = local_map())
+  if (const mapping::VoxelMap* local = local_map()) {
+    const mapping::TeamMember& own = *from_.team.map().log().own();
+    std::vector<mapping::QuantizedPose> keyframes;
+    for (const mapping::KeyframePlace& place : own.places) keyframes.push_back(place.T_robot_keyframe);
+    const SavedPath path = make_path(config_.id, color_of(config_.id), own.trajectory(), keyframes);
     pictures.push_back({config_.out + "/local", save_map(local_title, {&path, 1}, *local)});
+  }
   if (solution != nullptr) pictures.push_back(solved_picture("/global", "global map", *solution));
   return pictures;
 }
@@ -188,7 +191,7 @@ RobotReport Harvest::robot_report() const {
   robot.camera = config_.camera;
   robot.frames = from_.capture.counters().grabbed;
   robot.tracked = from_.pipeline.poses().size();
-  robot.keyframes = from_.pipeline.keyframe_poses().size();
+  robot.keyframes = from_.pipeline.keyframes_published();
   robot.ms_per_frame = from_.pipeline.frame_times().quantiles();
   robot.peak_rss_mb = from_.peak_rss_mb;
   if (survey_) {

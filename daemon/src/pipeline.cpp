@@ -6,16 +6,29 @@
 
 namespace onemap::daemon {
 
+namespace {
+
+constexpr int kSomethingToSee = 100;       // features
+constexpr std::uint64_t kShortChain = 10;  // keyframes
+constexpr auto kLongestPatience = std::chrono::minutes(5);
+
+Duration new_chain_after(const Config& config) {
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(config.new_chain_after_s));
+}
+
+}  // namespace
+
 Pipeline::Pipeline(const Config& config, const hal::Intrinsics& intrinsics, BlockingQueue<hal::Frame>& frames,
                    Outbox outbox, Failures& failures, Log& log)
-    : frames_(frames),
+    : config_(config),
+      intrinsics_(intrinsics),
+      frames_(frames),
       failures_(failures),
       log_(log),
-      mapper_(std::make_unique<mapping::LocalMapper>(config.mapper, intrinsics)),
       publisher_(config.mapper, config.speed.max ? Publisher::WhenFull::wait : Publisher::WhenFull::later,
-                 std::move(outbox), failures) {
-  mapper_->set_step_hook(
-      {[](void* self, mapping::Step step) { static_cast<Pipeline*>(self)->begin_step(step); }, this});
+                 std::move(outbox), failures),
+      patience_(new_chain_after(config)) {
+  make_mapper();
   if (config.matches_picture > 0) matches_.emplace(config.out + "/matches", config.matches_picture);
 }
 
@@ -35,16 +48,56 @@ void Pipeline::join() { thread_.join(); }
 
 PipelineProgress Pipeline::progress() const { return {frames_done_, tracked_, keyframes_, blocks_refused_, finished_}; }
 
+void Pipeline::make_mapper() {
+  mapper_.reset();  // its memory first
+  mapper_ = std::make_unique<mapping::LocalMapper>(config_.mapper, intrinsics_);
+  mapper_->set_step_hook(
+      {[](void* self, mapping::Step step) { static_cast<Pipeline*>(self)->begin_step(step); }, this});
+}
+
+void Pipeline::seal_all() {
+  mapper_->finish();
+  ending_ = true;
+  drain();
+  drain_submaps();
+  ending_ = false;
+}
+
+void Pipeline::note_lost(const hal::FrameView& frame, const mapping::FrameReport& report) {
+  const bool lost = report.state == mapping::TrackState::lost && report.features >= kSomethingToSee;
+  if (!lost) return lost_at_.reset();
+  if (!lost_at_) lost_at_ = frame.colour_time;
+  if (patience_ > Duration::zero() && frame.colour_time - *lost_at_ >= patience_) begin_chain(*lost_at_);
+}
+
+// Chains that come to nothing come ever more seldom.
+void Pipeline::begin_chain(FrameTime lost) {
+  seal_all();
+  const bool short_one = mapper_->counters().keyframes < kShortChain;
+  patience_ = short_one ? std::min<Duration>(2 * patience_, kLongestPatience) : new_chain_after(config_);
+  Publisher::Sealed* end = publisher_.awaited_slot();
+  if (end == nullptr) return;
+  end->what = Publisher::Sealed::What::chain_end;
+  end->frames = static_cast<std::uint32_t>(frames_done_ - frames_before_);
+  publisher_.publish(end);
+  log_.line("lost since {:.1f} s: going on in a map of its own, until somebody knows where it belongs",
+            to_seconds(lost.time_since_epoch()));
+  frames_before_ = frames_done_;
+  T_first_chain_ = T_first_chain_ * last_pose_;
+  last_pose_ = {};
+  odometry_.begin_chain();
+  lost_at_.reset();
+  last_state_ = mapping::TrackState::starting;
+  make_mapper();
+}
+
 void Pipeline::run() {
   while (auto frame = frames_.pop()) {
     if (abandoned_) break;
     process(frame->view());
   }
-  mapper_->finish();
-  ending_ = true;
-  drain();
-  drain_submaps();
-  publisher_.finish(static_cast<std::uint32_t>(frames_done_));
+  seal_all();
+  publisher_.finish(static_cast<std::uint32_t>(frames_done_ - frames_before_));
   publisher_.join();
   finished_ = true;
 }
@@ -63,13 +116,15 @@ void Pipeline::process(const hal::FrameView& frame) {
   drain();
   drain_submaps();
   ++frames_done_;
-  tracked_ = mapper_->counters().tracked;
+  tracked_ += report.state == mapping::TrackState::tracking ? 1 : 0;
   keyframes_ = mapper_->counters().keyframes_in_map();
   log_full();
+  note_lost(frame, report);
 }
 
 void Pipeline::keep_pose(const hal::FrameView& frame, const mapping::FrameReport& report) {
   odometry_.add(report);
+  if (report.state == mapping::TrackState::tracking) last_pose_ = report.T_robot_camera;
   const std::lock_guard lock(pose_mutex_);
   pose_.tracking = report.state == mapping::TrackState::tracking;
   if (pose_.tracking) pose_ = {true, frame.colour_time, odometry_.T_odom_camera(), odometry_.T_odom_robot()};
@@ -123,10 +178,12 @@ bool Pipeline::take(Publisher::Sealed& into) {
 }
 
 void Pipeline::keep(const Publisher::Sealed& sealed) {
-  if (sealed.what == Publisher::Sealed::What::keyframe)
-    keyframe_poses_.push_back(sealed.keyframe.T_robot_keyframe);
-  else
-    poses_.insert(poses_.end(), sealed.poses.poses.begin(), sealed.poses.poses.end());
+  if (sealed.what == Publisher::Sealed::What::keyframe) ++keyframes_published_;
+  if (sealed.what != Publisher::Sealed::What::poses) return;
+  const bool first = frames_before_ == 0;
+  for (const mapping::StampedPose& pose : sealed.poses.poses)
+    poses_.push_back(
+        first ? pose : mapping::StampedPose{pose.time, quantize(T_first_chain_ * from_quantized(pose.T_robot_camera))});
 }
 
 void Pipeline::drain() {

@@ -70,6 +70,8 @@ void Publisher::encode_and_send(const Sealed& sealed) {
                               static_cast<std::uint32_t>(sealed.poses.poses.size())});
     case Sealed::What::submap:
       return outbox_.publish({Lane::voxels, RecordKind::submap, encode(sealed.submap), 0});
+    case Sealed::What::chain_end:
+      return outbox_.next_chain(sealed.frames);
   }
 }
 

@@ -152,14 +152,18 @@ void Radio::turn() {
   if (t >= node_->next_deadline()) node_->on_timer(t);
   comms::OutgoingDatagram datagram;
   while (node_->next_outgoing(datagram)) port_->send(datagram);
-  std::shared_ptr<const Record> record;
-  while (node_->next_applied(record)) listener_.applied(std::move(record));
+  hand_out_applied();
   if (t - looked_ < kLookInterval) return;
   looked_ = t;
   log_neighbours();
   log_conflict(t);
   log_refusals();
   update_view(t);
+}
+
+void Radio::hand_out_applied() {
+  std::shared_ptr<const Record> record;
+  while (node_->next_applied(record)) listener_.applied(std::move(record));
 }
 
 void Radio::receive_some() {
@@ -177,10 +181,13 @@ void Radio::append_published(Instant now) {
   }
   // What was published before the work was finished is in the queue by now.
   while (auto record = outbox_.try_pop()) append(now, std::move(*record));
-  if (frames_to_finish_ && now >= finish_again_) append_finished(now);
+  if (!frames_to_finish_ || now < finish_again_) return;
+  finish_again_ = now + kFinishRetry;
+  if (append_finished(now, *frames_to_finish_)) frames_to_finish_.reset();
 }
 
 void Radio::append(Instant now, OutgoingRecord record) {
+  if (record.ends_life_of) return end_life(now, std::move(record));
   const auto lane = static_cast<std::uint8_t>(record.lane);
   const auto kind = static_cast<std::uint16_t>(record.kind);
   const auto stored = node_->append(now, lane, kind, std::move(record.body));
@@ -190,16 +197,42 @@ void Radio::append(Instant now, OutgoingRecord record) {
 }
 
 // What Finished promises is what the log holds.
-void Radio::append_finished(Instant now) {
-  const mapping::FinishedRecord finished{std::max(*frames_to_finish_, published_.poses), published_.poses,
-                                         published_.keyframes, published_.submaps};
+bool Radio::append_finished(Instant now, std::uint32_t frames) {
+  const mapping::FinishedRecord finished{std::max(frames, published_.poses), published_.poses, published_.keyframes,
+                                         published_.submaps};
   const auto stored = node_->append(now, static_cast<std::uint8_t>(mapping::Lane::control),
                                     static_cast<std::uint16_t>(mapping::RecordKind::finished), encode(finished));
-  finish_again_ = now + kFinishRetry;
-  if (stored)
-    frames_to_finish_.reset();
-  else
-    log_.limited("finished", "cannot tell the team that this robot has finished: {}", stored.error().text());
+  if (!stored) log_.limited("finished", "cannot tell the team that this robot has finished: {}", stored.error().text());
+  return stored.ok();
+}
+
+// A node for the life that life_ tells by now; what the store holds everybody here has heard of.
+void Radio::rise_again() {
+  hand_out_applied();
+  sent_before_ += node_->counters().bytes_sent;
+  received_before_ += node_->counters().bytes_received;
+  node_config_.incarnation = life_.number();
+  node_ = std::make_unique<comms::Node>(node_config_, store_);
+  logged_refusals_ = {};  // a new node counts anew
+  std::shared_ptr<const Record> known;
+  while (node_->next_applied(known)) {
+  }
+}
+
+// The camera is somewhere else: what comes now hangs on nothing that came before. This life is over and keeps its
+// worth.
+void Radio::end_life(Instant now, OutgoingRecord hello) {
+  append_finished(now, *hello.ends_life_of);
+  hello.ends_life_of.reset();
+  const std::uint64_t before = life_.number();
+  if (auto kept = life_.begin_after(before); !kept)
+    log_.line("the number of this life cannot be kept: {}", kept.error().text());
+  rise_again();
+  published_ = {0, 0, 0, published_.refused};
+  listener_.new_life(life_.number(), false);
+  append(now, std::move(hello));
+  const std::lock_guard lock(mutex_);
+  node_->set_local_status(now, map_digest_, flags_);
 }
 
 namespace {
@@ -228,13 +261,8 @@ void Radio::begin_new_life(Instant now) {
     log_.line("the number of this life cannot be kept: {}", kept.error().text());
   log_.line("neighbours know a later life of {} ({} after {}): going on as life {}", config_.id, outlived, before,
             life_.number());
-  node_config_.incarnation = life_.number();
-  node_ = std::make_unique<comms::Node>(node_config_, store_);
-  logged_refusals_ = {};  // a new node counts anew
-  std::shared_ptr<const Record> known;
-  while (node_->next_applied(known)) {  // everybody heard of these before
-  }
-  listener_.new_life(life_.number());
+  rise_again();
+  listener_.new_life(life_.number(), true);
   for (std::uint8_t lane = 0; lane < kLaneCount; ++lane)
     for (std::uint32_t seq = 0; auto record = store_.find({{node_config_.self, lane, before}, seq}); ++seq)
       if (!node_->append(now, lane, record->kind, again(*record, before)))

@@ -51,8 +51,8 @@ void Radio::update_view(Instant now) {
   view.robots_heard = view.last_sign.size();
   view.neighbours_heard = alive_.size();
   view.records_missing = node_->records_missing();
-  view.bytes_sent = node_->counters().bytes_sent;
-  view.bytes_received = node_->counters().bytes_received;
+  view.bytes_sent = sent_before_ + node_->counters().bytes_sent;
+  view.bytes_received = received_before_ + node_->counters().bytes_received;
   for (const comms::Endpoint& peer : node_->peers_never_heard()) view.peers_never_heard.push_back(to_string(peer));
   const auto conflict = node_->id_conflict();
   if (conflict && now - conflict->when < kConflictFresh) view.id_also_used_at = to_string(conflict->where);

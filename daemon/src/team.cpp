@@ -40,10 +40,10 @@ void Team::apply(std::shared_ptr<const Record> record) {
   wake_.notify_one();
 }
 
-void Team::begin_life(std::uint64_t incarnation) {
+void Team::begin_life(std::uint64_t incarnation, bool repeats) {
   {
     const std::lock_guard lock(mutex_);
-    inbox_.new_life = incarnation;
+    inbox_.new_life = {incarnation, repeats};
     view_.settled = false;
   }
   wake_.notify_one();
@@ -69,7 +69,7 @@ Team::Inbox Team::take(bool wait) {
 }
 
 void Team::apply_all(Inbox inbox, Instant arrived) {
-  if (inbox.new_life) map_.begin_life(*inbox.new_life);
+  if (inbox.new_life) map_.begin_life(inbox.new_life->first, inbox.new_life->second);
   if (inbox.presence) map_.presence(std::move(inbox.last_sign), std::move(inbox.records_complete));
   for (const auto& record : inbox.records) {
     map_.apply(record, arrived);

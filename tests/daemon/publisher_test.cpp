@@ -22,6 +22,7 @@ struct Gate {
   bool open = false;
   std::vector<OutgoingRecord> records;
   std::uint32_t frames = 0;
+  std::vector<std::pair<std::uint32_t, std::size_t>> chains;  // frames of each, and records before its end
 
   Outbox outbox() {
     return {[this](OutgoingRecord record) {
@@ -29,7 +30,8 @@ struct Gate {
               changed.wait(lock, [&] { return open; });
               records.push_back(std::move(record));
             },
-            [this](std::uint32_t n) { frames = n; }};
+            [this](std::uint32_t n) { frames = n; },
+            [this](std::uint32_t n) { chains.emplace_back(n, records.size()); }};
   }
   void let_go() {
     const std::lock_guard lock(mutex);
@@ -97,10 +99,34 @@ TEST(Publisher, ACameraDoesNotWaitForASlot) {
   EXPECT_EQ(gate.records.size(), 4u);
 }
 
+TEST(Publisher, AChainEndsBehindItsLastRecord) {
+  Gate gate;
+  gate.let_go();
+  Failures failures;
+  Publisher publisher({}, WhenFull::wait, gate.outbox(), failures);
+  publisher.start();
+  for (int k = 0; k < 9; ++k) {
+    Publisher::Sealed* slot = publisher.slot();
+    ASSERT_NE(slot, nullptr);
+    fill_poses(*slot, k);
+    if (k == 6) {
+      slot->what = What::chain_end;
+      slot->frames = 77;
+    }
+    publisher.publish(slot);
+  }
+  publisher.finish(5);
+  publisher.join();
+  EXPECT_EQ(gate.records.size(), 8u);
+  ASSERT_EQ(gate.chains.size(), 1u);
+  EXPECT_EQ(gate.chains[0], std::pair(77u, std::size_t{6}));
+}
+
 TEST(Publisher, AFrameThreadDoesNotWaitForAPublisherThatFailed) {
   Failures failures;
   Publisher publisher({}, WhenFull::wait,
-                      {[](const OutgoingRecord&) { throw std::runtime_error("no more memory"); }, [](std::uint32_t) {}},
+                      {[](const OutgoingRecord&) { throw std::runtime_error("no more memory"); }, [](std::uint32_t) {},
+                       [](std::uint32_t) {}},
                       failures);
   publisher.start();
   int slots = 0;

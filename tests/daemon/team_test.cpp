@@ -88,7 +88,7 @@ TEST_F(TeamThread, UnderAnotherNumberTheOwnRecordsComeAgain) {
   const auto team = begin();
   hand(*team, self);
   EXPECT_TRUE(wait_until([&] { return team->view().robots_known == 1; }));
-  team->begin_life(8);
+  team->begin_life(8, true);
   EXPECT_TRUE(wait_until([&] { return team->view().robots_known == 0; }));
   hand(*team, test::small_robot("a", 1));
   hand(*team, test::small_robot("a", 8));

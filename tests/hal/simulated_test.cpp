@@ -269,6 +269,14 @@ TEST(Simulated, DepthMayBeLate) {
   EXPECT_EQ(own[0].depth_time, own[0].time);
 }
 
+TEST(Simulated, ACameraMayBeCarriedElsewhere) {
+  const std::string text = "simulated:house?width=160&height=120&noise=none&robots=3&robot=";
+  const auto own = take(text + "1", {3}), next = take(text + "2", {4}), carried = take(text + "1&carried_at=4", {3, 4});
+  EXPECT_EQ(carried[0].depth, own[0].depth);
+  EXPECT_EQ(carried[1].depth, next[0].depth);
+  EXPECT_LT(carried[0].time, carried[1].time);
+}
+
 TEST(Simulated, DepthKeepsItsRange) {
   const auto exact = take("simulated:empty-hall?noise=none", {0}).front();
   const auto noisy = take("simulated:empty-hall?near=1.2&far=1.9", {0}).front();

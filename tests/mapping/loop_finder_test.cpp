@@ -140,7 +140,7 @@ TEST_F(LoopFinderTest, StoppedItLooksAtThatKeyframeAgain) {
 
 TEST_F(LoopFinderTest, AnotherLifeBeginsAnew) {
   at_once();
-  log.begin_life(7);
+  log.begin_life(7, true);
   Author again("self", 7);
   take(again.hello());
   take(again.write(Lane::features, RecordKind::keyframe, *decode_keyframe(records[0]->body)));

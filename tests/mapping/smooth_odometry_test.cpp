@@ -38,5 +38,15 @@ TEST(SmoothOdometry, AJumpIsTheCorrections) {
   EXPECT_NEAR((odometry.T_odom_robot() * Vector3d(5.2, 0, 0)).x(), 0.3, 1e-12);
 }
 
+TEST(SmoothOdometry, AnotherChainGoesOnWhereTheLastOneEnded) {
+  SmoothOdometry odometry;
+  for (const double x : {0.0, 0.1}) odometry.add(placed(x));
+  odometry.begin_chain();
+  EXPECT_DOUBLE_EQ(odometry.T_odom_camera().t.x(), 0.1);
+  for (const double x : {0.0, 0.3}) odometry.add(placed(x));
+  EXPECT_NEAR(odometry.T_odom_camera().t.x(), 0.4, 1e-12);
+  EXPECT_NEAR(odometry.T_odom_robot().t.x(), 0.1, 1e-12);
+}
+
 }  // namespace
 }  // namespace onemap::mapping

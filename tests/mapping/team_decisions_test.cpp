@@ -114,7 +114,7 @@ TEST_F(Decisions, UnderAnotherNumberThisRobotsRecordsComeAgain) {
   for (const Author* author : {&a, &b}) self.apply(author->written());
   self.work();
   ASSERT_TRUE(self.view().settled);
-  self.map().begin_life(7);
+  self.map().begin_life(7, true);
   EXPECT_FALSE(self.view().settled);
   EXPECT_EQ(self.map().members().count(a.chain()), 0u);
   for (RecordPtr record : self.held())

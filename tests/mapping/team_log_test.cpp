@@ -72,11 +72,22 @@ TEST(TeamLog, NobodyElseWritesForThisRobot) {
 TEST(TeamLog, ThisRobotItselfBeginsANewLife) {
   TeamLog log(kSelf, 5);
   for (const auto& record : test::small_robot("self", 5).written()) EXPECT_TRUE(*log.apply(record, kNow));
-  log.begin_life(9);
+  log.begin_life(9, true);
   EXPECT_EQ(log.find(kSelf), nullptr);
   EXPECT_FALSE(*log.apply(test::small_robot("self", 5).written()[0], kNow)) << "it is repeated";
   for (const auto& record : test::small_robot("self", 9).written()) EXPECT_TRUE(*log.apply(record, kNow));
   EXPECT_EQ(log.find(kSelf)->incarnation, 9u);
+}
+
+TEST(TeamLog, ThisRobotGoesOnInAnotherChain) {
+  TeamLog log(kSelf, 5);
+  for (const auto& record : test::small_robot("self", 5).written()) EXPECT_TRUE(*log.apply(record, kNow));
+  log.begin_life(6, false);
+  EXPECT_EQ(log.own(), nullptr) << "nothing of it yet";
+  EXPECT_EQ(log.chains().size(), 1u) << "and what came before counts";
+  for (const auto& record : test::small_robot("self", 6).written()) EXPECT_TRUE(*log.apply(record, kNow));
+  EXPECT_EQ(log.chains().size(), 2u);
+  EXPECT_EQ(log.own()->incarnation, 6u);
 }
 
 TEST(TeamLog, RobotsWithoutAValidNameOrGreetingDoNotCount) {

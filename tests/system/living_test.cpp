@@ -14,6 +14,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using test::Robot;
+using testing::HasSubstr;
 
 // Five robots in one room, in a ring whose links lose a fifth of all datagrams. Slow enough for a small machine.
 struct Living : testing::Test {
@@ -90,6 +91,34 @@ TEST_F(Living, OneMapThroughLossDeathAndReturn) {
   const auto of_b = [](const auto& file) { return file.path().filename().string().starts_with("b."); };
   EXPECT_EQ(std::ranges::count_if(std::filesystem::directory_iterator(a.out() / "global"), of_b), 2)
       << "b.txt, and b.LIFE.txt";
+}
+
+// Somebody carries robot a into the room that b maps: it goes on in a map of its own, and b's map tells where that is.
+TEST(Carried, ACameraThatIsLostElsewhereFindsItselfInAPeersMap) {
+  const test::TempFolder folder;
+  folder.write("team.toml", "[run]\nnew_chain_after_s = 1\nlinger_s = 1\n");
+  const auto pa = test::free_port(), pb = test::free_port();
+  const auto arguments = [&](std::uint16_t own, std::uint16_t other) {
+    return std::vector<std::string>{"--once",
+                                    "--speed",
+                                    "max",
+                                    "--listen",
+                                    fmt::format("127.0.0.1:{}", own),
+                                    "--peer",
+                                    fmt::format("127.0.0.1:{}", other),
+                                    "--config",
+                                    folder / "team.toml"};
+  };
+  Robot a(folder, "a", "simulated:house?robot=1&robots=3&frames=420&carried_at=200&seed=6", arguments(pa, pb));
+  Robot b(folder, "b", "simulated:house?robot=2&robots=3&frames=420&seed=6", arguments(pb, pa));
+  EXPECT_EQ(a.ends(120s), 0) << a.log();
+  EXPECT_EQ(b.ends(120s), 0) << b.log();
+  EXPECT_THAT(a.log(), HasSubstr("going on in a map of its own"));
+  EXPECT_THAT(a.log(), HasSubstr("link a - b accepted"));
+  EXPECT_EQ(a.status("map_digest", std::string()), b.status("map_digest", std::string("none")));
+  const auto in_map = test::lines(b.out() / "global" / "a.txt");
+  EXPECT_GT(in_map, 100u) << "its way in b's room";
+  EXPECT_GT(test::lines(a.out() / "trajectory.txt"), in_map + 100) << "and both ways in its own odometry";
 }
 
 }  // namespace

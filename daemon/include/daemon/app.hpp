@@ -33,6 +33,7 @@ class App {
   Status open_camera();
   Status open_rest();
   Status open_team();
+  OutgoingRecord greeting() const;
   void start();
   End work(StopSignals& signals);
   void stop();

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "mapping/records/kind.hpp"
@@ -13,6 +14,8 @@ struct OutgoingRecord {
   mapping::RecordKind kind = mapping::RecordKind::hello;
   std::vector<std::uint8_t> body;
   std::uint32_t poses = 0;  // in a trajectory record
+  // Set: after so many frames this life ends, and the record, a Hello, is the first one of the next.
+  std::optional<std::uint32_t> ends_life_of = {};
 };
 
 // What of this robot's own work is in its log. A log may refuse (its store is full), so this, and not what was handed
@@ -34,6 +37,8 @@ using Publish = std::function<void(OutgoingRecord)>;
 struct Outbox {
   Publish publish;
   std::function<void(std::uint32_t frames)> finish;  // the camera's stream is over: nothing more comes
+  // What follows is of another chain: nobody knows yet where the camera is beside what came before.
+  std::function<void(std::uint32_t frames)> next_chain;
 };
 
 }  // namespace onemap::daemon

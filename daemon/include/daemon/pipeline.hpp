@@ -52,13 +52,18 @@ class Pipeline {
 
   // After join().
   const mapping::LocalMapper& mapper() const { return *mapper_; }
-  const std::vector<mapping::StampedPose>& poses() const { return poses_; }
-  const std::vector<mapping::QuantizedPose>& keyframe_poses() const { return keyframe_poses_; }
+  const std::vector<mapping::StampedPose>& poses() const { return poses_; }  // all chains', in the first one's frame
+  std::uint64_t keyframes_published() const { return keyframes_published_; }
   const LatencyHistogram& frame_times() const { return frame_times_; }  // processor time of this thread
   std::string step_table() const;                                       // for the log: each step's mean and share
 
  private:
   void run();
+  void make_mapper();
+  // A camera that is lost for long where there is something to see is somewhere that the map does not have.
+  void note_lost(const hal::FrameView& frame, const mapping::FrameReport& report);
+  void begin_chain(FrameTime lost);
+  void seal_all();
   void process(const hal::FrameView& frame);
   void keep_pose(const hal::FrameView& frame, const mapping::FrameReport& report);
   void log_full();
@@ -72,6 +77,8 @@ class Pipeline {
   bool hand_over(Publisher::Sealed* sealed, bool taken);  // taken, as given
   Publisher::Sealed* slot();
 
+  const Config& config_;
+  const hal::Intrinsics intrinsics_;
   BlockingQueue<hal::Frame>& frames_;
   Failures& failures_;
   Log& log_;
@@ -82,7 +89,10 @@ class Pipeline {
   std::optional<MatchPictures> matches_;
   Publisher publisher_;
   std::vector<mapping::StampedPose> poses_;
-  std::vector<mapping::QuantizedPose> keyframe_poses_;
+  std::uint64_t keyframes_published_ = 0, frames_before_ = 0;  // before: of earlier chains
+  mapping::Pose T_first_chain_, last_pose_;                    // the present chain's frame in the first one's
+  std::optional<FrameTime> lost_at_;                           // since when it sees something and is lost
+  Duration patience_{};
   mapping::TrackState last_state_ = mapping::TrackState::starting;
   std::uint64_t lost_since_ = 0;
   LatencyHistogram frame_times_;

@@ -20,10 +20,11 @@ class Publisher {
  public:
   // One thing that the mapper sealed, and which of the members it is in.
   struct Sealed {
-    enum class What : std::uint8_t { keyframe, poses, submap } what = What::keyframe;
+    enum class What : std::uint8_t { keyframe, poses, submap, chain_end } what = What::keyframe;
     mapping::KeyframeRecord keyframe;
     mapping::TrajectoryRecord poses;
     mapping::SubmapRecord submap;
+    std::uint32_t frames = 0;  // of the chain that ends
   };
   // What a frame thread does that finds all slots on their way.
   enum class WhenFull : std::uint8_t {

@@ -47,7 +47,8 @@ class Radio {
  public:
   struct Listener {
     std::function<void(std::shared_ptr<const Record>)> applied;  // each record once, own and others'
-    std::function<void(std::uint64_t incarnation)> new_life;     // own records come again, under this number
+    // This robot goes on under this number; repeats: and its records come again.
+    std::function<void(std::uint64_t incarnation, bool repeats)> new_life;
   };
   static Result<std::unique_ptr<Radio>> open(const Config& config, Listener listener, Failures& failures, Log& log);
   ~Radio();
@@ -75,8 +76,11 @@ class Radio {
   void receive_some();
   void append_published(Instant now);
   void append(Instant now, OutgoingRecord record);
-  void append_finished(Instant now);
+  bool append_finished(Instant now, std::uint32_t frames);
   void begin_new_life(Instant now);
+  void end_life(Instant now, OutgoingRecord hello);
+  void rise_again();
+  void hand_out_applied();
   void log_neighbours();
   void log_refusals();
   void log_conflict(Instant now);
@@ -93,7 +97,8 @@ class Radio {
   std::unique_ptr<comms::DatagramPort> port_;
   std::unique_ptr<comms::Node> node_;
   Published published_;
-  std::optional<std::uint32_t> frames_to_finish_;  // Finished is due, with these frames
+  std::uint64_t sent_before_ = 0, received_before_ = 0;  // bytes, by the nodes of this robot's lives before
+  std::optional<std::uint32_t> frames_to_finish_;        // Finished is due, with these frames
   Instant finish_again_{};
 
   BlockingQueue<OutgoingRecord> outbox_{kOutbox};

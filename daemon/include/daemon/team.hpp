@@ -30,8 +30,9 @@ class Team {
   void start();
   void stop();                                       // within two seconds, whatever is being done
   void apply(std::shared_ptr<const Record> record);  // from the radio; the store bounds how much can wait
-  // From the radio: this robot's records come again, under this number; records of the life before do not count.
-  void begin_life(std::uint64_t incarnation);
+  // From the radio: this robot goes on under this number. repeats: its records come again, and those of the life before
+  // do not count.
+  void begin_life(std::uint64_t incarnation, bool repeats);
   // Any thread: when each robot was last known to live, and of whom every record that is known of is here.
   void presence(const std::map<RobotId, Instant>& last_sign, const std::set<RobotId>& records_complete);
   TeamView view() const;
@@ -40,7 +41,7 @@ class Team {
  private:
   struct Inbox {
     std::vector<std::shared_ptr<const Record>> records;
-    std::optional<std::uint64_t> new_life;  // before those of the records that are of it
+    std::optional<std::pair<std::uint64_t, bool>> new_life;  // before those of the records that are of it; repeats
     std::map<RobotId, Instant> last_sign;
     std::set<RobotId> records_complete;
     bool presence = false;

@@ -2,6 +2,11 @@
 
 namespace onemap::mapping {
 
+void SmoothOdometry::begin_chain() {
+  T_robot_camera_ = {};
+  tracking_ = false;
+}
+
 void SmoothOdometry::add(const FrameReport& report) {
   const bool placed = report.state == TrackState::tracking;
   if (placed) {

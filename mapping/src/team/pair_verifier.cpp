@@ -35,6 +35,7 @@ std::optional<PairVerifier::Look> PairVerifier::next(const Agreement& team, Inst
   const ChainId& self = team.log().own_chain();
   const TeamMember* own = team.log().own();
   if (own == nullptr) return std::nullopt;
+  if (std::exchange(own_, self) != self) schedule_.clear();
   for (const ChainId& other : team.chains()) {
     const TeamMember* theirs = team.log().find(other);
     if (other == self || theirs == nullptr || !mine(team, other, now)) continue;

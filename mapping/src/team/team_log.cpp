@@ -18,9 +18,11 @@ bool shapes_the_graph(std::uint16_t kind) {
 
 }  // namespace
 
-void TeamLog::begin_life(std::uint64_t incarnation) {
-  members_.erase(self_);
-  repeated_ = self_.incarnation;
+void TeamLog::begin_life(std::uint64_t incarnation, bool repeats) {
+  if (repeats) {
+    members_.erase(self_);
+    repeated_ = self_.incarnation;
+  }
   self_.incarnation = incarnation;
   ++revision_;
 }

@@ -53,8 +53,8 @@ void TeamMap::tell(const Record& record, bool first_hello) {
   if (const auto link = decode_link(record.body); link) events_.emplace_back(LinkLooked{chain, *link});
 }
 
-void TeamMap::begin_life(std::uint64_t incarnation) {
-  log_.begin_life(incarnation);
+void TeamMap::begin_life(std::uint64_t incarnation, bool repeats) {
+  log_.begin_life(incarnation, repeats);
   view_.settled = false;
 }
 

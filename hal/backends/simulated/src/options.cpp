@@ -24,7 +24,8 @@ constexpr std::array<NamedScene, 8> kScenes{{{"living-room", SceneName::living_r
                                              {"blank-walls", SceneName::blank_walls}}};
 constexpr std::string_view kKeys =
     "robot=1..robots, robots=1..64, frames=1..1000000, seed=0..9223372036854775807, noise=kinect|none, near=0.4..2, "
-    "far=1..8, width=64..1920, height=48..1440, fps=1..120, depth_late_ms=-50..50";
+    "far=1..8, width=64..1920, height=48..1440, fps=1..120, carried_at=1..1000000, "
+    "depth_late_ms=-50..50";
 
 // Takes the options one by one; the first that is wrong is kept, what is left at the end is unknown.
 class Reader {
@@ -99,6 +100,7 @@ Result<Options> parse_options(const CameraAddress& address) {
   o.width = reader.number("width", o.width, 64, 1920);
   o.height = reader.number("height", o.height, 48, 1440);
   o.fps = reader.number("fps", o.fps, 1, 120);
+  o.carried_at = reader.number<std::uint64_t>("carried_at", o.carried_at, 1, 1'000'000);
   o.depth_late_ms = reader.number("depth_late_ms", o.depth_late_ms, -50, 50);
   if (reader.failed()) return reader.error();
   return o;

@@ -18,6 +18,7 @@ struct Options {
   double near_m = 0.5, far_m = 5.0;
   int width = 640, height = 480, fps = 30;
   int depth_late_ms = 0;
+  std::uint64_t carried_at = 1'000'000;
 
   Intrinsics intrinsics() const;
   // Stamps start at a fixed epoch, each robot's 11 ms after the one before it: no two cameras are in step.

@@ -21,9 +21,10 @@ using namespace simulated;
 
 CameraPose pose_at(const Walk& walk, const Options& options, std::uint64_t frame, int late_ms = 0) {
   const double time_s = static_cast<double>(frame) / options.fps + late_ms / 1000.0;
-  if (options.scene == SceneName::house) return pose_in_house(options.robot, options.seed, time_s);
-  if (options.scene == SceneName::ring) return pose_in_ring(options.robot, options.robots, options.seed, time_s);
-  return pose_on_walk(walk, options.robot, options.robots, options.seed, time_s);
+  const int robot = frame < options.carried_at ? options.robot : options.robot % options.robots + 1;
+  if (options.scene == SceneName::house) return pose_in_house(robot, options.seed, time_s);
+  if (options.scene == SceneName::ring) return pose_in_ring(robot, options.robots, options.seed, time_s);
+  return pose_on_walk(walk, robot, options.robots, options.seed, time_s);
 }
 
 class SimulatedCamera final : public DepthCamera {

@@ -17,11 +17,12 @@ class PairSchedule {
   };
   explicit PairSchedule(Duration interval) : interval_(interval) {}  // zero: only at the end
 
+  void clear() { looks_.clear(); }  // this robot's own chain is another one
   bool due(const Keyframes& mine, const ChainId& other, const Keyframes& theirs, Instant now) const;
   // The pair was verified with the keyframes that are here.
   void verified(const Keyframes& mine, const ChainId& other, const Keyframes& theirs, bool linked, Instant now);
-  void took(const ChainId& other, Duration cost);                      // so long did that last
-  bool linked(const ChainId& other) const;              // by the last look
+  void took(const ChainId& other, Duration cost);  // so long did that last
+  bool linked(const ChainId& other) const;         // by the last look
 
  private:
   struct Look {

@@ -11,8 +11,8 @@
 namespace onemap::mapping {
 
 // Looks at the pairs of chains that are this robot's to look at, when they are due: of its present life those with
-// higher ids, and those with lower ones that are earlier lives, or gone, or let the team wait for long. The others' keyframes ask this robot's places.
-// Used by one thread.
+// higher ids, and those with lower ones that are earlier lives, or gone, or let the team wait for long. The others'
+// keyframes ask this robot's places. Used by one thread.
 class PairVerifier {
  public:
   // interval: see PairSchedule; patience: with a lower robot that lives and does not look.
@@ -36,7 +36,7 @@ class PairVerifier {
   const VerifyConfig config_;
   PairSchedule schedule_;
   Patience<ChainId> patience_;
-  std::optional<ChainId> last_;
+  std::optional<ChainId> last_, own_;
   OwnPlaces& places_;
 };
 

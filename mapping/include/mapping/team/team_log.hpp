@@ -14,12 +14,13 @@ namespace onemap::mapping {
 class TeamLog {
  public:
   static constexpr std::size_t kMaxRobots = 256;  // of whose records something is kept; more are refused
-  static constexpr std::size_t kMaxLives = 8;     // of a robot, the newest; what is earlier is not looked at
+  static constexpr std::size_t kMaxLives = 32;    // of a robot, the newest; what is earlier is not looked at
 
   TeamLog(const RobotId& self, std::uint64_t incarnation) : self_{self, incarnation} {}
 
-  // This robot goes on under another number and writes its records again; those of its life before no longer count.
-  void begin_life(std::uint64_t incarnation);
+  // This robot goes on under another number. repeats: it writes its records again, and those of its life before no
+  // longer count; else that life keeps its worth.
+  void begin_life(std::uint64_t incarnation, bool repeats);
 
   // Takes a record of any robot; each log comes in order. False: it is of a life that is not looked at, and changes
   // nothing. The error says why the record is refused.

@@ -70,7 +70,7 @@ class TeamMap {
 
   // A record that comms applied: any robot's, this one's too; each log in order.
   void apply(const RecordPtr& record, Instant now);
-  void begin_life(std::uint64_t incarnation);  // this robot's records come again, under this number
+  void begin_life(std::uint64_t incarnation, bool repeats);  // see TeamLog
   // When each robot was last known to live, and of whom every record that is known of is here.
   void presence(std::map<RobotId, Instant> last_sign, std::set<RobotId> records_complete);
   // Does the next piece of work that the records allow; false when there is none. Pieces take up to seconds; they end

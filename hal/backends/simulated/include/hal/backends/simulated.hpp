@@ -32,6 +32,8 @@ namespace onemap::hal {
 //   width   640      64..1920      pixels; the focal length scales with it (525 at 640)
 //   height  480      48..1440      pixels
 //   fps     30       1..120        frames a second, of the time stamps and of the walk
+//   carried_at       never  1..1000000  the frame from which on it walks where the next robot does: somebody
+//                                  carried it there
 //   depth_late_ms    0  -50..50    after colour by which depth is measured, in place and in its time stamp
 //
 // An unknown scene, an unknown option or a value out of its range is an error that lists what is valid.
