@@ -20,10 +20,9 @@ struct VoxelSteps {
   bool seen = false, colored = false;
 };
 VoxelSteps to_steps(const SubmapVoxel& voxel);  // the nearest
-// False: no voxel has these steps.
-bool from_steps(const VoxelSteps& steps, SubmapVoxel& out);
 
-// The steps of one block's voxels in order, x fastest, and what is expected of the next one's.
+// The steps of one block's voxels in order, x fastest, and what is expected of the next one's. Says plainly what
+// decode_voxels() (voxel_planes.hpp) does fast.
 class VoxelPredictor {
  public:
   void begin_block();
