@@ -28,13 +28,11 @@ std::int8_t changed(int expected, std::uint8_t change) { return static_cast<std:
 class Decoder {
  public:
   explicit Decoder(const VoxelPlanes& planes) : colored_plane_(planes.colored.data()) {
-    for (std::size_t c = 0; c < kVoxelChannels; ++c) next_[c] = planes.channels[c].data();
+    for (std::size_t c = 0; c < kVoxelChannels; ++c) changes_[c] = planes.channels[c].data();
   }
 
   bool block(const std::uint8_t* seen, SubmapBlock& out) {
-    for (auto& steps : steps_) steps.fill(0);
-    seen_.fill(0);
-    colored_.fill(0);
+    at_ = {};
     SubmapVoxel* voxels = out.voxels.data();
     for (int z = 0; z < kBlockSide; ++z)
       for (int y = 0; y < kBlockSide; ++y, voxels += kBlockSide)
@@ -51,10 +49,10 @@ class Decoder {
   }
 
   void voxel(std::size_t at, SubmapVoxel& out) {
-    const int near = present(seen_, at);
-    const int tsdf = read<kTsdf>(at, expected_distance(at, near));
-    const int weight = read<kWeight>(at, expected<kWeight>(at, near));
-    seen_[at] = 1;
+    const int near = present(at_.seen, at);
+    const int tsdf = read<kTsdf>(at, observed_, expected_distance(at, near));
+    const int weight = read<kWeight>(at, observed_, expected<kWeight>(at, near));
+    at_.seen[at] = 1;
     good_ = good_ & (tsdf >= -kLargestDistance) & (tsdf <= kLargestDistance) & (weight >= 0) & (weight < kWeights);
     out.tsdf = static_cast<std::int16_t>(std::clamp(tsdf * kTsdfStep, -kTsdfOne, kTsdfOne));
     out.weight = kWeightSteps[static_cast<std::size_t>(weight & (kWeights - 1))];
@@ -64,11 +62,12 @@ class Decoder {
   }
 
   void color(std::size_t at, SubmapVoxel& out) {
-    const int near = present(colored_, at);
-    const int green = read<kGreen>(at, expected<kGreen>(at, near)) * kGreenStep;
-    const int red = green + read<kRed>(at, expected<kRed>(at, near)) * kChromaStep;
-    const int blue = green + read<kBlue>(at, expected<kBlue>(at, near)) * kChromaStep;
-    colored_[at] = 1;
+    const int near = present(at_.colored, at);
+    const int green = read<kGreen>(at, colors_, expected<kGreen>(at, near)) * kGreenStep;
+    const int red = green + read<kRed>(at, colors_, expected<kRed>(at, near)) * kChromaStep;
+    const int blue = green + read<kBlue>(at, colors_, expected<kBlue>(at, near)) * kChromaStep;
+    at_.colored[at] = 1;
+    ++colors_;
     // Negative ones have their high bits set; 0 0 0 would say that no colour was seen.
     const int any = red | green | blue;
     good_ = good_ & (any > 0) & (any <= 255);
@@ -76,9 +75,9 @@ class Decoder {
   }
 
   template <VoxelChannel channel>
-  int read(std::size_t at, int expected) {
-    const std::int8_t value = changed(expected, *next_[channel]++);
-    steps_[channel][at] = value;
+  int read(std::size_t at, std::size_t n, int expected) {
+    const std::int8_t value = changed(expected, changes_[channel][n]);
+    at_.steps[channel][at] = value;
     last_[channel] = value;
     return value;
   }
@@ -89,7 +88,7 @@ class Decoder {
   }
   template <VoxelChannel channel>
   int expected(std::size_t at, int near) const {
-    const auto& steps = steps_[channel];
+    const auto& steps = at_.steps[channel];
     const int sum = steps[at - kBefore[0]] + steps[at - kBefore[1]] + steps[at - kBefore[2]];
     const int mean = kMeans[static_cast<std::size_t>(near)][static_cast<std::size_t>(sum + kLargestSum)];
     return near == 0 ? last_[channel] : mean;
@@ -98,9 +97,9 @@ class Decoder {
   int expected_distance(std::size_t at, int near) const {
     if (near >= 2)
       for (const auto [a, b] : {std::array{0, 1}, std::array{0, 2}, std::array{1, 2}})
-        if (seen_[at - kBefore[a]] & seen_[at - kBefore[b]] & seen_[at - kBefore[a] - kBefore[b]])
-          return steps_[kTsdf][at - kBefore[a]] + steps_[kTsdf][at - kBefore[b]] -
-                 steps_[kTsdf][at - kBefore[a] - kBefore[b]];
+        if (at_.seen[at - kBefore[a]] & at_.seen[at - kBefore[b]] & at_.seen[at - kBefore[a] - kBefore[b]])
+          return at_.steps[kTsdf][at - kBefore[a]] + at_.steps[kTsdf][at - kBefore[b]] -
+                 at_.steps[kTsdf][at - kBefore[a] - kBefore[b]];
     return expected<kTsdf>(at, near);
   }
 
@@ -108,12 +107,14 @@ class Decoder {
   static constexpr int kWeights = static_cast<int>(kWeightSteps.size());
 
   const std::uint8_t* colored_plane_;
-  std::array<const std::uint8_t*, kVoxelChannels> next_{};
-  std::size_t observed_ = 0;
+  std::array<const std::uint8_t*, kVoxelChannels> changes_{};
+  std::size_t observed_ = 0, colors_ = 0;  // so far
   bool good_ = true;
   std::array<int, kVoxelChannels> last_{};  // of the voxel before that had the channel, in any block
-  Flags seen_{}, colored_{};
-  std::array<std::array<std::int8_t, kPadded>, kVoxelChannels> steps_{};
+  struct {
+    Flags seen, colored;
+    std::array<std::array<std::int8_t, kPadded>, kVoxelChannels> steps;
+  } at_{};  // of the block
 };
 
 }  // namespace

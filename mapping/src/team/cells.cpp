@@ -1,6 +1,7 @@
 #include "team/cells.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 #include "local/twin.hpp"
 
@@ -32,38 +33,37 @@ ONEMAP_TWIN_BODY void clip(const Rows& in, Ends& out) {
     }
 }
 
-struct Positions {
-  std::array<std::array<std::int32_t, kStride>, 3> at;
+// A row's voxels, in memory: what is worked out for eight at a time is looked at one by one.
+struct Candidates {
+  std::array<std::uint32_t, kMostColumns + kStride> cell, fractions, whole, counts;
 };
 
-ONEMAP_TWIN_BODY void place(const Rows& in, int row, int first, Positions& out) {
+// Of kStride voxels, in 1/kFraction.
+ONEMAP_TWIN_BODY void place(const Rows& in, int row, int first, std::int32_t (&out)[3][kStride]) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double* x = in.x[axis] + first;
     const double y = in.y[axis][row], z = in.z[axis], offset = in.offset[axis], origin = in.origin[axis];
     for (std::size_t i = 0; i < kStride; ++i) {
       const double fine = (x[i] + y + z + offset) * kFraction + 0.5, near = (fine + kRounding) - kRounding;
-      out.at[axis][i] = static_cast<std::int32_t>((near > fine ? near - 1 : near) - origin);
+      out[axis][i] = static_cast<std::int32_t>((near > fine ? near - 1 : near) - origin);
     }
   }
 }
 
-struct Candidates {
-  std::array<std::uint32_t, kStride> cell, fractions, whole, counts;
-};
-
-ONEMAP_TWIN_BODY void look(const Rows& in, const Positions& positions, Candidates& out) {
+ONEMAP_TWIN_BODY void look(const Rows& in, const std::int32_t (&positions)[3][kStride], std::size_t at,
+                           Candidates& out) {
   for (std::size_t i = 0; i < kStride; ++i) {
-    const auto x = static_cast<std::uint32_t>(positions.at[0][i]), y = static_cast<std::uint32_t>(positions.at[1][i]),
-               z = static_cast<std::uint32_t>(positions.at[2][i]);
+    const auto x = static_cast<std::uint32_t>(positions[0][i]), y = static_cast<std::uint32_t>(positions[1][i]),
+               z = static_cast<std::uint32_t>(positions[2][i]);
     constexpr std::uint32_t kSteps = kBlockSide - 1, kPart = kFraction - 1;
     const std::uint32_t row = ((z >> 8) & kSteps) * kBlockSide + ((y >> 8) & kSteps);
     const std::uint32_t whole = (in.whole[row] >> ((x >> 8) & kSteps)) & 1u;
     const std::uint32_t on_face = ((x & kPart) == 0 || (y & kPart) == 0 || (z & kPart) == 0) ? 1u : 0u;
     const std::uint32_t within = (x | y | z) < kEnd ? 1u : 0u;  // what is below 0 is very large
-    out.cell[i] = row * kBlockSide + ((x >> 8) & kSteps);
-    out.fractions[i] = (x & kPart) | ((y & kPart) << 8) | ((z & kPart) << 16);
-    out.whole[i] = whole;
-    out.counts[i] = within & (whole | on_face);
+    out.cell[at + i] = row * kBlockSide + ((x >> 8) & kSteps);
+    out.fractions[at + i] = (x & kPart) | ((y & kPart) << 8) | ((z & kPart) << 16);
+    out.whole[at + i] = whole;
+    out.counts[at + i] = within & (whole | on_face);
   }
 }
 
@@ -79,19 +79,20 @@ ONEMAP_TWIN_BODY Place* keep(const Candidates& from, int count, const std::uint3
 }
 
 ONEMAP_TWIN_BODY void find_body(const Rows& in, Place*& out) {
+  assert(in.rows <= kMostRows && in.columns <= kMostColumns);
   Ends ends;
   clip(in, ends);
+  Candidates candidates;
   Place* next = out;
   for (int row = 0; row < in.rows; ++row) {
-    const std::uint32_t number = in.number_y[row] + in.number_z;
-    const int last = ends.last[static_cast<std::size_t>(row)];
-    for (int first = ends.first[static_cast<std::size_t>(row)]; first <= last; first += kStride) {
-      Positions positions;
-      Candidates candidates;
-      place(in, row, first, positions);
-      look(in, positions, candidates);
-      next = keep(candidates, std::min(kStride, last - first + 1), in.number_x + first, number, next);
+    const int first = ends.first[static_cast<std::size_t>(row)],
+              count = ends.last[static_cast<std::size_t>(row)] - first + 1;
+    for (int at = 0; at < count; at += kStride) {
+      std::int32_t positions[3][kStride];
+      place(in, row, first + at, positions);
+      look(in, positions, static_cast<std::size_t>(at), candidates);
     }
+    next = keep(candidates, count, in.number_x + first, in.number_y[row] + in.number_z, next);
   }
   out = next;
 }

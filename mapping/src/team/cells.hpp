@@ -35,7 +35,7 @@ struct Rows {
   std::uint32_t number_z = 0;
   const std::uint32_t* whole = nullptr;  // Patch::whole_rows()
 };
-inline constexpr int kMostRows = 96;  // of one z
+inline constexpr int kMostRows = 96, kMostColumns = 96;  // a block of voxels four times as large has 57
 // Writes what may get something, in order, and moves `out` behind it; there must be room for all and kStride more.
 void find_plain(const Rows& rows, Place*& out);
 void find_simd(const Rows& rows, Place*& out);

@@ -79,8 +79,35 @@ const __m128i* vector_at(const T* at) {
   return seen;
 }
 
+// Eight cells at a time: corners are paired up on x, then on y, then with what the z before left.
+[[gnu::target("avx2")]] void one_surface_simd(const Patch::TsdfRow* tsdf, std::uint32_t* cells) {
+  const __m128i limit = _mm_set1_epi16(Patch::kLargestSpread);
+  __m128i least_before[kBlockSide], most_before[kBlockSide];
+  for (int z = 0; z < Patch::kSide; ++z) {
+    __m128i least_y = limit, most_y = limit;
+    for (int y = 0; y < Patch::kSide; ++y, ++tsdf) {
+      const __m128i a = _mm_loadu_si128(vector_at(tsdf->data())), b = _mm_loadu_si128(vector_at(tsdf->data() + 1));
+      const __m128i least_x = _mm_min_epi16(a, b), most_x = _mm_max_epi16(a, b);
+      if (y > 0) {
+        const __m128i least = _mm_min_epi16(least_x, least_y), most = _mm_max_epi16(most_x, most_y);
+        if (z > 0) {
+          const __m128i spread = _mm_sub_epi16(_mm_max_epi16(most, most_before[y - 1]),  //
+                                               _mm_min_epi16(least, least_before[y - 1]));
+          const __m128i apart = _mm_packs_epi16(_mm_cmpgt_epi16(spread, limit), _mm_setzero_si128());
+          *cells++ = ~static_cast<std::uint32_t>(_mm_movemask_epi8(apart)) & 0xFFu;
+        }
+        least_before[y - 1] = least;
+        most_before[y - 1] = most;
+      }
+      least_y = least_x;
+      most_y = most_x;
+    }
+  }
+}
+
 #else
 
+void one_surface_simd(const Patch::TsdfRow* tsdf, std::uint32_t* cells) { one_surface_plain(tsdf, cells); }
 void blend_simd(const Patch::Voxel* voxels, const Place* places, std::size_t count, Sample* out) {
   blend_plain(voxels, places, count, out);
 }

@@ -23,7 +23,25 @@ unsigned cells::copy_row_plain(const SubmapVoxel* from, Patch::Voxel* to, std::i
   return seen;
 }
 
-Patch::Patch(bool simd) : copy_row_(simd ? cells::copy_row_simd : cells::copy_row_plain) {}
+void cells::one_surface_plain(const Patch::TsdfRow* tsdf, std::uint32_t* cells) {
+  for (std::size_t z = 0; z < kBlockSide; ++z)
+    for (std::size_t y = 0; y < kBlockSide; ++y) {
+      std::uint32_t& bits = cells[z * kBlockSide + y] = 0;
+      for (std::size_t x = 0; x < kBlockSide; ++x) {
+        int least = kTsdfOne, most = -kTsdfOne;
+        for (std::size_t c = 0; c < 8; ++c) {
+          const int corner = tsdf[(z + c / 4) * Patch::kSide + y + c / 2 % 2][x + c % 2];
+          least = std::min(least, corner);
+          most = std::max(most, corner);
+        }
+        bits |= (most - least <= Patch::kLargestSpread ? 1u : 0u) << x;
+      }
+    }
+}
+
+Patch::Patch(bool simd)
+    : copy_row_(simd ? cells::copy_row_simd : cells::copy_row_plain),
+      one_surface_(simd ? cells::one_surface_simd : cells::one_surface_plain) {}
 
 void Patch::gather(std::span<const AtlasBlock> blocks, std::size_t at) {
   key_ = blocks[at].block->key;
@@ -72,42 +90,14 @@ void Patch::find_bounds() {
   high_[0] = std::bit_width(columns) - 1;
 }
 
-// Of four corners, those with one z, the least and the most.
-void Patch::pair_up(int z, Layer& least, Layer& most) const {
-  Layer a, b;  // of two corners, those with one y
-  for (std::size_t y = 0; y < kSide; ++y) {
-    const std::int16_t* t = tsdf_[static_cast<std::size_t>(z * kSide) + y].data();
-    for (std::size_t x = 0; x < kBlockSide; ++x) {
-      a[y * kBlockSide + x] = std::min(t[x], t[x + 1]);
-      b[y * kBlockSide + x] = std::max(t[x], t[x + 1]);
-    }
-  }
-  for (std::size_t i = 0; i < kBlockSide * kBlockSide; ++i) {
-    least[i] = std::min(a[i], a[i + kBlockSide]);
-    most[i] = std::max(b[i], b[i + kBlockSide]);
-  }
-}
-
 void Patch::find_whole() {
-  std::array<Layer, 2> least, most;
-  pair_up(0, least[0], most[0]);
-  for (int z = 0; z < kBlockSide; ++z) {
-    const auto near = static_cast<std::size_t>(z & 1), far = near ^ 1;
-    pair_up(z + 1, least[far], most[far]);
-    std::array<std::uint16_t, kBlockSide * kBlockSide> one;  // surface, as a bit in its place
-    for (std::size_t i = 0; i < one.size(); ++i) {
-      const auto spread =
-          static_cast<std::int16_t>(std::max(most[0][i], most[1][i]) - std::min(least[0][i], least[1][i]));
-      one[i] = static_cast<std::uint16_t>(spread <= kLargestSpread ? 1u << (i % kBlockSide) : 0u);
-    }
+  one_surface_(tsdf_.data(), whole_.data());
+  for (int z = 0; z < kBlockSide; ++z)
     for (int y = 0; y < kBlockSide; ++y) {
       const std::uint16_t* seen = &observed_[row(y, z)];
       const unsigned all = seen[0] & seen[1] & seen[kSide] & seen[kSide + 1];
-      unsigned bits = 0;
-      for (int x = 0; x < kBlockSide; ++x) bits |= one[static_cast<std::size_t>(y * kBlockSide + x)];
-      whole_[static_cast<std::size_t>(z * kBlockSide + y)] = all & (all >> 1) & bits;
+      whole_[static_cast<std::size_t>(z * kBlockSide + y)] &= all & (all >> 1);
     }
-  }
 }
 
 }  // namespace onemap::mapping

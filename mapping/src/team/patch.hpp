@@ -24,6 +24,8 @@ class Patch {
   using Voxel = std::uint64_t;  // a byte a lane, from the lowest
   static std::uint32_t lane(Voxel voxel, std::size_t lane) { return (voxel >> (8 * lane)) & 0xFFu; }
 
+  using TsdfRow = std::array<std::int16_t, 16>;  // kSide of them count
+
   static constexpr std::size_t index(int x, int y, int z) {
     return static_cast<std::size_t>((z * kSide + y) * kSide + x);
   }
@@ -45,24 +47,20 @@ class Patch {
   const std::uint32_t* whole_rows() const { return whole_.data(); }
 
  private:
-  // Of each y of a z, what neighbours have in common.
-  using Layer = std::array<std::int16_t, kSide * kBlockSide>;
-
   static constexpr std::size_t row(int y, int z) { return static_cast<std::size_t>(z * kSide + y); }
   void copy(const SubmapBlock& block, int dx, int dy, int dz);
   void find_bounds();
   void find_whole();
-  void pair_up(int z, Layer& least, Layer& most) const;
 
-  using CopyRow = unsigned(const SubmapVoxel*, Voxel*, std::int16_t*);
-  CopyRow* const copy_row_;
+  unsigned (*const copy_row_)(const SubmapVoxel*, Voxel*, std::int16_t*);
+  void (*const one_surface_)(const TsdfRow*, std::uint32_t*);
   BlockKey key_;
   std::array<int, 3> low_{}, high_{};
   std::array<std::size_t, 8> next_{};                    // where each neighbour is looked for
   std::array<std::uint16_t, kSide * kSide> observed_{};  // by row(), a bit for each x
   std::array<std::uint32_t, kBlockSide * kBlockSide> whole_{};
   std::array<Voxel, kSide * kSide * kSide> voxels_{};
-  std::array<std::array<std::int16_t, 16>, kSide * kSide> tsdf_{};  // by row()
+  std::array<TsdfRow, kSide * kSide> tsdf_{};  // by row()
 };
 
 namespace cells {
@@ -71,6 +69,9 @@ namespace cells {
 // their own.
 unsigned copy_row_plain(const SubmapVoxel* from, Patch::Voxel* to, std::int16_t* tsdf);
 unsigned copy_row_simd(const SubmapVoxel* from, Patch::Voxel* to, std::int16_t* tsdf);
+// For each row of cells, z * 8 + y, bit x: its corners differ by at most kLargestSpread. `tsdf`: all rows, z * 9 + y.
+void one_surface_plain(const Patch::TsdfRow* tsdf, std::uint32_t* cells);
+void one_surface_simd(const Patch::TsdfRow* tsdf, std::uint32_t* cells);
 
 }  // namespace cells
 }  // namespace onemap::mapping

@@ -81,11 +81,18 @@ class Resampler {
     blend_(patch.voxels(), places_.data(), count, samples_.data());
     for (std::size_t i = 0; i < count; ++i) {
       const Place& place = places_[i];
+      prefetch(places_[std::min(i + kAhead, count - 1)]);
       if (place.whole != 0)
         add(samples_[i], place.number);
       else if (const auto sample = blend_on_face(patch, place))
         add(*sample, place.number);
     }
+  }
+
+  // The map is larger than the caches.
+  void prefetch(const Place& place) const {
+    const Voxel* block = slots_[place.number / kBlockVoxels];
+    if (block != nullptr && block != &refused_) __builtin_prefetch(block + place.number % kBlockVoxels, 1);
   }
 
   // In units of the map's truncation.
@@ -141,6 +148,8 @@ class Resampler {
     const auto at = [&](std::int64_t n, std::size_t i) { return static_cast<std::int32_t>(n + box_.first_block[i]); };
     return {at(number % count[0], 0), at(number / count[0] % count[1], 1), at(number / (count[0] * count[1]), 2)};
   }
+
+  static constexpr std::size_t kAhead = 12;
 
   const SourceGrid& grid_;
   const std::int64_t truncation_um_, map_truncation_um_;
