@@ -14,16 +14,18 @@ constexpr int kPadded = kSide * kSide * kSide;
 constexpr int kLargestSum = 3 * 128;
 // Sums of one to three steps divided by how many they are, halves away from zero.
 constexpr auto kMeans = [] {
-  std::array<std::array<std::int8_t, 2 * kLargestSum + 1>, 4> out{};
+  std::array<std::array<std::int16_t, 2 * kLargestSum + 1>, 4> out{};
   for (int count = 1; count <= 3; ++count)
     for (int sum = -128 * count; sum <= 127 * count; ++sum)
       out[static_cast<std::size_t>(count)][static_cast<std::size_t>(sum + kLargestSum)] =
-          static_cast<std::int8_t>((sum + (sum < 0 ? -count : count) / 2) / count);
+          static_cast<std::int16_t>((sum + (sum < 0 ? -count : count) / 2) / count);
   return out;
 }();
 
 // A byte is a change modulo 256.
-std::int8_t changed(int expected, std::uint8_t change) { return static_cast<std::int8_t>(expected + change); }
+std::int16_t changed(int expected, std::uint8_t change) {
+  return static_cast<std::int16_t>(static_cast<std::int8_t>(expected + change));
+}
 
 class Decoder {
  public:
@@ -76,8 +78,8 @@ class Decoder {
 
   template <VoxelChannel channel>
   int read(std::size_t at, std::size_t n, int expected) {
-    const std::int8_t value = changed(expected, changes_[channel][n]);
-    at_.steps[channel][at] = value;
+    const std::int16_t value = changed(expected, changes_[channel][n]);
+    at_.steps[channel][at] = static_cast<std::int8_t>(value);
     last_[channel] = value;
     return value;
   }
