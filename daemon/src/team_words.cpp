@@ -76,7 +76,8 @@ struct Words {
     if (e.blocks_refused > 0)
       log.line("the global map is full: {} times a block found no room (global_budget_mb)", e.blocks_refused);
     if (e.submaps_left_out > 0)
-      log.line("{} submaps are left out of the global map: one place has more than may be decoded for it (global_budget_mb)",
+      log.line(
+          "{} submaps are left out of the global map: one place has more than may be decoded for it (global_budget_mb)",
           e.submaps_left_out);
   }
   void operator()(const mapping::MapSettled& e) const {

@@ -1,6 +1,6 @@
 // A team's map beside the number of its robots: what each robot's team thread does and what it receives; the merge of
-// all records, and one robot's next keyframe in a map that stands. Beside it the same frontier fused from nothing, which
-// is what a map that is not incremental would cost.
+// all records, and one robot's next keyframe in a map that stands. Beside it the same frontier fused from nothing,
+// which is what a map that is not incremental would cost.
 //   bench_team [FRAMES [ROBOTS...]]      default: 150 frames each; 2 5 10 20 robots
 #include <fmt/format.h>
 
@@ -113,10 +113,12 @@ void measure(int count, int frames) {
   for (const double m : ms) mean += m / static_cast<double>(ms.size());
   bool equal = true;
   for (const test::Robot& robot : robots) equal = equal && robot.view().digest == robots[0].view().digest;
-  fmt::print("{} robots: {} in the map, {} records of {:.1f} MB; team work a robot: mean {:.0f} ms, most {:.0f} ms, {:.2f} ms a "
-             "record; one digest: {}\n",
-             count, robots[0].view().robots_in_map, all.size(), static_cast<double>(bytes_of(all)) * 1e-6, mean,
-             *std::ranges::max_element(ms), mean / static_cast<double>(all.size()), equal);
+  fmt::print(
+      "{} robots: {} in the map, {} records of {:.1f} MB; team work a robot: mean {:.0f} ms, most {:.0f} ms, {:.2f} ms "
+      "a "
+      "record; one digest: {}\n",
+      count, robots[0].view().robots_in_map, all.size(), static_cast<double>(bytes_of(all)) * 1e-6, mean,
+      *std::ranges::max_element(ms), mean / static_cast<double>(all.size()), equal);
   if (const SolutionRecord* solution = robots[0].map().solution(); solution != nullptr)
     incremental(robots[0].map().log(), *solution);
 }

@@ -27,7 +27,7 @@ struct Links {
 TEST(Election, IslandsAreWhatAcceptedLinksJoin) {
   const std::vector<ChainId> robots{life("-evil"), life("a"), life("b"), life("c"), life("d")};
   const Links links({link_of("c", "d"), link_of("a", "c"), link_of("b", "d"),
-                                      link_of("-evil", "a", 900, LinkReason::inconsistent), link_of("a", "nobody")});
+                     link_of("-evil", "a", 900, LinkReason::inconsistent), link_of("a", "nobody")});
   EXPECT_THAT(islands(robots, links.all),
               ElementsAre(ElementsAre(life("a"), life("b"), life("c"), life("d")), ElementsAre(life("-evil"))));
 }
@@ -55,7 +55,8 @@ TEST(Election, TheNextTakesOver) {
 TEST(Election, OfEqualIslandsTheLowestIdCounts) {
   const std::vector<ChainId> robots{life("a"), life("b"), life("c"), life("d")};
   const Links links({link_of("b", "d"), link_of("a", "c")});
-  EXPECT_THAT(islands(robots, links.all), ElementsAre(ElementsAre(life("a"), life("c")), ElementsAre(life("b"), life("d"))));
+  EXPECT_THAT(islands(robots, links.all),
+              ElementsAre(ElementsAre(life("a"), life("c")), ElementsAre(life("b"), life("d"))));
 }
 
 // What joins a robot's earlier life to others joins it to them, if its present one is joined to that.
@@ -63,7 +64,8 @@ TEST(Election, EarlierLivesJoin) {
   const std::vector<ChainId> robots{life("a"), life("a", 2), life("b"), life("c")};
   const LinkRecord link = link_of("a", "b");
   const std::vector<TeamLink> links{{life("a"), life("b"), &link}, {life("a"), life("a", 2), &link}};
-  EXPECT_THAT(islands(robots, links), ElementsAre(ElementsAre(life("a"), life("a", 2), life("b")), ElementsAre(life("c"))));
+  EXPECT_THAT(islands(robots, links),
+              ElementsAre(ElementsAre(life("a"), life("a", 2), life("b")), ElementsAre(life("c"))));
 }
 
 }  // namespace

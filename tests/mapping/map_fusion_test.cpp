@@ -84,8 +84,7 @@ TEST_F(MapFusionTest, TheMapIsAFunctionOfItsTarget) {
   bent.robots[1].anchors = {{0, {{1234, 777, 4321}}}};
   std::vector<MapTarget> targets;
   for (const SolutionRecord& s : {solution, bent})
-    for (const std::uint32_t n : {1u, 3u, 6u})
-      targets.push_back({s, {{a.chain(), 3, n}, {b.chain(), 3, 7 - n}}});
+    for (const std::uint32_t n : {1u, 3u, 6u}) targets.push_back({s, {{a.chain(), 3, n}, {b.chain(), 3, 7 - n}}});
   MapFusion fusion(budget_bytes);
   for (const std::size_t next : {0u, 2u, 1u, 5u, 3u, 0u, 4u, 4u, 2u}) {
     fusion.aim(log, targets[next]);

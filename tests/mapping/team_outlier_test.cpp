@@ -62,8 +62,7 @@ GraphSolution anchors_of(const SolutionRecord& solution) {
   GraphSolution out;
   for (const SolvedRobot& robot : solution.robots)
     for (const PlacedAnchor& anchor : robot.anchors)
-      out.anchors.push_back(
-          {.id = {robot.chain, anchor.keyframe}, .T_map_anchor = anchor.T_map_anchor});
+      out.anchors.push_back({.id = {robot.chain, anchor.keyframe}, .T_map_anchor = anchor.T_map_anchor});
   return out;
 }
 

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <map>
 
+#include "local/voxel_bytes.hpp"
 #include "support/random.hpp"
 
 namespace onemap::mapping {
@@ -20,6 +22,21 @@ VoxelMapConfig small_map(std::size_t budget_bytes) {
 BlockKey random_key(test::Random& random, int reach) {
   const auto axis = [&] { return static_cast<std::int32_t>(random.integer(-reach, reach)); };
   return {axis(), axis(), axis()};
+}
+
+// What digest() relies on, as a machine with another order of bytes would write it.
+TEST(Voxel, StandsInMemoryAsItsBytes) {
+  if (!kVoxelsAreBytes) GTEST_SKIP() << "not a little-endian machine: the digest writes every voxel's bytes";
+  test::Random random(4);
+  std::array<Voxel, 500> voxels{};
+  for (Voxel& voxel : voxels) {
+    voxel.add_tsdf(static_cast<int>(random.integer(-kTsdfOne, kTsdfOne)), static_cast<int>(random.integer(1, 4000)));
+    for (auto n = random.integer(0, 300); n > 0; --n) voxel.add_color(static_cast<int>(random.integer(0, 255)), 7, 200);
+  }
+  std::array<std::uint8_t, sizeof voxels> bytes{}, memory{};
+  voxel_bytes(voxels, bytes.data());
+  std::memcpy(memory.data(), voxels.data(), sizeof voxels);
+  EXPECT_EQ(memory, bytes);
 }
 
 TEST(Voxel, SumsAreExactAndCommuteBelowSaturation) {

@@ -11,7 +11,7 @@ inline bool within_half_a_step(const mapping::SubmapVoxel& got, const mapping::S
   if (put.weight == 0) return got.weight == 0 && got.tsdf == 0 && got.rgb == mapping::Rgb{};
   const bool black = std::max({put.rgb[0], put.rgb[1], put.rgb[2]}) < 7;  // its green may have to be 6, for 0 is none
   const auto off = [&](std::size_t i) { return std::abs(got.rgb[i] - put.rgb[i]); };
-  return std::abs(got.tsdf - put.tsdf) <= 18 && 2 * std::abs(got.weight - put.weight) <= std::max<int>(put.weight, 2) &&
+  return std::abs(got.tsdf - put.tsdf) <= 20 && 2 * std::abs(got.weight - put.weight) <= std::max<int>(put.weight, 2) &&
          off(1) <= (black ? 6 : 3) && off(0) <= 9 && off(2) <= 9 &&
          (got.rgb == mapping::Rgb{}) == (put.rgb == mapping::Rgb{});
 }

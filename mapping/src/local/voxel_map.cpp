@@ -3,14 +3,18 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <memory>
 #include <utility>
 
+#include "hal/base/bytes.hpp"
+#include "local/voxel_bytes.hpp"
+
 namespace onemap::mapping {
 namespace {
 
-constexpr std::size_t kVoxelBytes = 12;
+constexpr std::size_t kKeyBytes = 12;
 // Of one map, for each block of the pool: it may use them all.
 constexpr std::size_t kOwnBytesPerBlock =
     sizeof(BlockKey) + sizeof(std::uint64_t) + sizeof(std::uint8_t) + 8 + sizeof(std::int32_t);
@@ -28,21 +32,6 @@ std::size_t shared_bytes(const VoxelMapConfig& config, std::size_t blocks) {
 }
 std::size_t own_bytes_for(std::size_t blocks) {
   return blocks * kOwnBytesPerBlock + slots_for(blocks) * sizeof(std::int32_t);
-}
-
-// The voxel's content in little-endian bytes.
-void put(const Voxel& voxel, std::uint8_t* out) {
-  const std::uint32_t first =
-      (static_cast<std::uint32_t>(voxel.tsdf_sum) & 0xFFFFFFu) | (static_cast<std::uint32_t>(voxel.color_weight) << 24);
-  for (int i = 0; i < 4; ++i) out[i] = static_cast<std::uint8_t>(first >> (8 * i));
-  const std::uint16_t rest[] = {voxel.weight, voxel.rgb_sum[0], voxel.rgb_sum[1], voxel.rgb_sum[2]};
-  for (int i = 0; i < 8; ++i) out[4 + i] = static_cast<std::uint8_t>(rest[i / 2] >> (8 * (i % 2)));
-}
-
-void put(const BlockKey& key, std::uint8_t* out) {
-  const std::int32_t axes[] = {key.x, key.y, key.z};
-  for (int i = 0; i < 12; ++i)
-    out[i] = static_cast<std::uint8_t>(static_cast<std::uint32_t>(axes[i / 4]) >> (8 * (i % 4)));
 }
 
 }  // namespace
@@ -218,15 +207,17 @@ void VoxelMap::for_each_sorted(const std::function<void(const BlockView&)>& fn) 
 std::uint64_t VoxelMap::digest() const {
   const std::unique_ptr<XXH64_state_t, decltype(&XXH64_freeState)> state(XXH64_createState(), &XXH64_freeState);
   XXH64_reset(state.get(), 0);
-  std::vector<std::uint8_t> bytes(sizeof(BlockKey) + kBlockVoxels * kVoxelBytes);
   for_each_sorted([&](const BlockView& block) {
-    put(block.key, bytes.data());
-    std::uint8_t* out = bytes.data() + sizeof(BlockKey);
-    for (const Voxel& voxel : block.voxels) {
-      put(voxel, out);
-      out += kVoxelBytes;
+    std::array<std::uint8_t, kKeyBytes> key;
+    put_little_endian(put_little_endian(put_little_endian(key.data(), block.key.x), block.key.y), block.key.z);
+    XXH64_update(state.get(), key.data(), key.size());
+    if constexpr (kVoxelsAreBytes) {
+      XXH64_update(state.get(), block.voxels.data(), block.voxels.size_bytes());
+    } else {
+      std::array<std::uint8_t, kBlockVoxels * kVoxelBytes> bytes;
+      voxel_bytes(block.voxels, bytes.data());
+      XXH64_update(state.get(), bytes.data(), bytes.size());
     }
-    XXH64_update(state.get(), bytes.data(), bytes.size());
   });
   return XXH64_digest(state.get());
 }

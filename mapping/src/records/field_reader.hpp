@@ -36,7 +36,7 @@ class FieldReader {
     require(n * item_bytes <= reader_.remaining(), field, "more than the record holds");
     return ok() ? n : 0;
   }
-  RobotId robot(std::string_view field);       // refuses what is no valid name
+  RobotId robot(std::string_view field);  // refuses what is no valid name
   ChainId chain(std::string_view field);
   QuantizedPose pose(std::string_view field);  // refuses quaternions that are not of unit length with w >= 0
   FrameTime time(std::string_view field) { return frame_time_from_ns(get<std::int64_t>(field)); }

@@ -8,11 +8,13 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 #include <memory>
 
 #include "mapping/records/submap.hpp"
 #include "records/field_reader.hpp"
 #include "records/voxel_coding.hpp"
+#include "records/voxel_planes.hpp"
 
 namespace onemap::mapping {
 namespace {
@@ -30,10 +32,14 @@ constexpr std::size_t kMostPlaneEnd = 16;  // what ending a block early may cost
 void set_bit(std::vector<std::uint8_t>& mask, std::size_t i) {
   mask[i / 8] = static_cast<std::uint8_t>(mask[i / 8] | (1u << (i % 8)));
 }
-bool bit(std::span<const std::uint8_t> mask, std::size_t i) { return ((mask[i / 8] >> (i % 8)) & 1) != 0; }
 
 std::size_t ones(std::span<const std::uint8_t> mask) {
   std::size_t n = 0;
+  for (; mask.size() >= 8; mask = mask.subspan(8)) {
+    std::uint64_t eight;
+    std::memcpy(&eight, mask.data(), 8);
+    n += static_cast<std::size_t>(std::popcount(eight));
+  }
   for (const std::uint8_t byte : mask) n += static_cast<std::size_t>(std::popcount(byte));
   return n;
 }
@@ -83,55 +89,25 @@ void read_keys(FieldReader& in, std::vector<SubmapBlock>& blocks) {
   }
 }
 
-// The voxels' planes as spans of the decompressed content.
-struct PlaneReader {
-  std::span<const std::uint8_t> seen, colored;
-  std::array<std::span<const std::uint8_t>, kVoxelChannels> channels;
-
-  PlaneReader(FieldReader& in, std::size_t blocks) {
-    seen = in.bytes(blocks * kMaskBytes, "blocks.seen");
-    const std::size_t observed = ones(seen);
-    colored = in.bytes((observed + 7) / 8, "blocks.colored");
-    const std::size_t colors = ones(colored);
-    if (observed % 8 != 0 && !colored.empty())
-      in.require(colored.back() >> (observed % 8) == 0, "blocks.colored", "bits beyond the last voxel");
-    for (const VoxelChannel channel : {kTsdf, kWeight, kGreen, kRed, kBlue})
-      channels[channel] = in.bytes(channel >= kGreen ? colors : observed, kNames[channel]);
-  }
-
- private:
-  static constexpr std::array<const char*, kVoxelChannels> kNames{"blocks.tsdf", "blocks.weight", "blocks.rgb",
-                                                                  "blocks.rgb", "blocks.rgb"};
-};
-
-// A byte is a change modulo 256; steps go from -63 to 63.
-std::int16_t changed(int expected, std::uint8_t change) {
-  return static_cast<std::int16_t>(static_cast<std::int8_t>(static_cast<std::uint8_t>(expected) + change));
+// The voxels' planes as spans of the decompressed content; each has the size that the masks before it say.
+VoxelPlanes read_planes(FieldReader& in, std::size_t blocks) {
+  constexpr std::array<const char*, kVoxelChannels> kNames{"blocks.tsdf", "blocks.weight", "blocks.rgb", "blocks.rgb",
+                                                           "blocks.rgb"};
+  VoxelPlanes out;
+  out.seen = in.bytes(blocks * kMaskBytes, "blocks.seen");
+  const std::size_t observed = ones(out.seen);
+  out.colored = in.bytes((observed + 7) / 8, "blocks.colored");
+  const std::size_t colors = ones(out.colored);
+  if (observed % 8 != 0 && !out.colored.empty())
+    in.require(out.colored.back() >> (observed % 8) == 0, "blocks.colored", "bits beyond the last voxel");
+  for (const VoxelChannel channel : {kTsdf, kWeight, kGreen, kRed, kBlue})
+    out.channels[channel] = in.bytes(channel >= kGreen ? colors : observed, kNames[channel]);
+  return out;
 }
 
 void read_voxels(FieldReader& in, std::vector<SubmapBlock>& blocks) {
-  const PlaneReader planes(in, blocks.size());
-  if (!in.ok()) return;
-  VoxelPredictor predictor;
-  std::size_t observed = 0, color = 0;
-  for (std::size_t i = 0; i < blocks.size() * kBlockVoxels; ++i) {
-    if (i % kBlockVoxels == 0) predictor.begin_block();
-    VoxelSteps steps;
-    steps.seen = bit(planes.seen, i);
-    steps.colored = steps.seen && bit(planes.colored, observed);
-    for (const VoxelChannel channel : {kTsdf, kWeight, kGreen, kRed, kBlue}) {
-      const bool has = channel >= kGreen ? steps.colored : steps.seen;
-      if (!has) break;
-      const std::uint8_t change = planes.channels[channel][channel >= kGreen ? color : observed];
-      steps.value[channel] = changed(predictor.expected(channel), change);
-    }
-    observed += steps.seen ? 1 : 0;
-    color += steps.colored ? 1 : 0;
-    in.require(from_steps(steps, blocks[i / kBlockVoxels].voxels[i % kBlockVoxels]), "blocks.voxels",
-               "steps that no voxel has");
-    if (!in.ok()) return;
-    predictor.set(steps);
-  }
+  const VoxelPlanes planes = read_planes(in, blocks.size());
+  if (in.ok()) in.require(decode_voxels(planes, blocks), "blocks.voxels", "steps that no voxel has");
 }
 
 // The declared size of the frame's content, within what so many blocks can need.

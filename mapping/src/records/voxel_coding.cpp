@@ -17,8 +17,6 @@ int weight_step(int weight) {
   return best;
 }
 
-bool is_byte(int value) { return value >= 0 && value <= 255; }
-
 // The nearest that is a colour.
 int chroma_step(int value, int green) {
   int steps = steps_of(value - green, kChromaStep);
@@ -48,22 +46,6 @@ VoxelSteps to_steps(const SubmapVoxel& voxel) {
   // 0 0 0 would say that none was seen.
   if (out.value[kGreen] == 0 && out.value[kRed] == 0 && out.value[kBlue] == 0) out.value[kGreen] = 1;
   return out;
-}
-
-bool from_steps(const VoxelSteps& steps, SubmapVoxel& out) {
-  out = {};
-  if (!steps.seen) return true;
-  const int tsdf = steps.value[kTsdf] * kTsdfStep, weight = steps.value[kWeight];
-  if (steps_of(std::clamp(tsdf, -kTsdfOne, kTsdfOne), kTsdfStep) != steps.value[kTsdf]) return false;
-  if (weight < 0 || weight >= static_cast<int>(kWeightSteps.size())) return false;
-  out.tsdf = static_cast<std::int16_t>(std::clamp(tsdf, -kTsdfOne, kTsdfOne));
-  out.weight = kWeightSteps[static_cast<std::size_t>(weight)];
-  if (!steps.colored) return true;
-  const int green = steps.value[kGreen] * kGreenStep, red = green + steps.value[kRed] * kChromaStep,
-            blue = green + steps.value[kBlue] * kChromaStep;
-  if (!is_byte(green) || !is_byte(red) || !is_byte(blue)) return false;
-  out.rgb = {static_cast<std::uint8_t>(red), static_cast<std::uint8_t>(green), static_cast<std::uint8_t>(blue)};
-  return out.rgb != Rgb{};
 }
 
 void VoxelPredictor::begin_block() { next_ = 0; }

@@ -8,9 +8,9 @@
 // expect, so that what is smooth becomes small numbers.
 namespace onemap::mapping {
 
-// Half a step is the largest error: 1.8 % of the truncation (1.1 mm of 6 cm, less than a depth camera's noise at a
+// Half a step is the largest error: 2 % of the truncation (1.2 mm of 6 cm, less than a depth camera's noise at a
 // metre), half of a weight, 3 of 255 in green and 9 in red and blue (which are steps of their distance to green).
-inline constexpr int kTsdfStep = 36, kGreenStep = 6, kChromaStep = 12;
+inline constexpr int kTsdfStep = 40, kGreenStep = 6, kChromaStep = 12;
 inline constexpr std::array<std::uint8_t, 7> kWeightSteps{1, 3, 8, 20, 50, 120, 255};
 
 enum VoxelChannel : std::uint8_t { kTsdf, kWeight, kGreen, kRed, kBlue, kVoxelChannels };  // red, blue: minus green
@@ -20,10 +20,9 @@ struct VoxelSteps {
   bool seen = false, colored = false;
 };
 VoxelSteps to_steps(const SubmapVoxel& voxel);  // the nearest
-// False: no voxel has these steps.
-bool from_steps(const VoxelSteps& steps, SubmapVoxel& out);
 
-// The steps of one block's voxels in order, x fastest, and what is expected of the next one's.
+// The steps of one block's voxels in order, x fastest, and what is expected of the next one's. Says plainly what
+// decode_voxels() (voxel_planes.hpp) does fast.
 class VoxelPredictor {
  public:
   void begin_block();

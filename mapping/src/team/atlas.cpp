@@ -23,8 +23,8 @@ using Run = std::span<const AtlasBlock>;
 
 // The blocks of one kind, sorted by key.
 Run run_of(const std::vector<AtlasBlock>& blocks, std::int32_t voxel_um, std::int32_t truncation_um) {
-  const auto [first, last] = std::ranges::equal_range(blocks, std::tie(voxel_um, truncation_um), {}, kind_of);
-  return {first, last};
+  const auto kind = std::tie(voxel_um, truncation_um);
+  return {std::ranges::lower_bound(blocks, kind, {}, kind_of), std::ranges::upper_bound(blocks, kind, {}, kind_of)};
 }
 
 // Where two versions of a submap differ: these blocks, and those below them, whose cells reach into them.
@@ -79,10 +79,19 @@ std::vector<AtlasBlock> latest_blocks(std::span<const Atlas::Submap> submaps) {
 }
 
 void LatestSubmaps::add_older(std::uint32_t sequence, SubmapRecord record) {
+  const auto seen_before = static_cast<std::ptrdiff_t>(seen_.size());
+  auto at = seen_.begin();  // the record's blocks are sorted, as these are
+  std::vector<Place> added;
   std::erase_if(record.blocks, [&](const SubmapBlock& block) {
-    return !seen_.insert({record.voxel_um, record.truncation_um, block.key}).second;
+    const Place place{record.voxel_um, record.truncation_um, block.key};
+    at = std::lower_bound(at, seen_.end(), place);
+    if (at != seen_.end() && *at == place) return true;
+    added.push_back(place);
+    return false;
   });
   if (record.blocks.empty()) return;
+  seen_.insert(seen_.end(), added.begin(), added.end());
+  std::inplace_merge(seen_.begin(), seen_.begin() + seen_before, seen_.end());
   record.blocks.shrink_to_fit();
   records_.push_back(std::move(record));
   submaps_.push_back({sequence, &records_.back()});

@@ -19,8 +19,7 @@ std::vector<PlacedAnchor> own_anchors(const TeamMember& member, std::size_t keyf
 
 }  // namespace
 
-std::vector<PlacedAnchor> placed_anchors(const TeamMember& member, const SolvedRobot& solved,
-                                         std::size_t keyframes) {
+std::vector<PlacedAnchor> placed_anchors(const TeamMember& member, const SolvedRobot& solved, std::size_t keyframes) {
   if (member.incarnation != solved.chain.incarnation) return {};
   std::vector<PlacedAnchor> out = own_anchors(member, keyframes);
   const std::vector<PlacedAnchor> own = out;

@@ -105,8 +105,7 @@ bool in_own_frame(const TeamLog& log, const SolutionRecord& solution) {
   const TeamMember* member = log.find(solution.reference);
   const SolvedRobot* solved = find_solved(solution, solution.reference);
   if (member == nullptr || solved == nullptr) return false;
-  const auto here = placed_anchors(*member, *solved),
-             own = placed_anchors(*member, {solved->chain, {}});
+  const auto here = placed_anchors(*member, *solved), own = placed_anchors(*member, {solved->chain, {}});
   return !here.empty() && here[0] == own[0];
 }
 

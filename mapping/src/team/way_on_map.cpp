@@ -13,8 +13,7 @@ namespace {
 using Bends = std::map<std::uint32_t, Pose>;
 
 Bends bends(const TeamMember& member, const SolvedRobot& solved) {
-  const auto own = placed_anchors(member, {solved.chain, {}}),
-             placed = placed_anchors(member, solved);
+  const auto own = placed_anchors(member, {solved.chain, {}}), placed = placed_anchors(member, solved);
   Bends out;
   for (std::size_t i = 0; i < own.size(); ++i)
     out[own[i].keyframe] = from_quantized(placed[i].T_map_anchor) * from_quantized(own[i].T_map_anchor).inverse();

@@ -26,7 +26,7 @@ struct SubmapRecord {                 // lane voxels; blocks sorted by key, no k
   std::vector<SubmapBlock> blocks;    // at most 512; coordinates below 2^20
 };
 
-// In steps of a 62nd of the truncation, sixteen weights and five to six bits a colour (src/records/voxel_coding.hpp),
+// In steps of a 25th of the truncation, seven weights and five bits a colour (src/records/voxel_coding.hpp),
 // then compressed losslessly: what is decoded is at most half a step from what was encoded, and encodes to the same
 // bytes.
 std::vector<std::uint8_t> encode(const SubmapRecord& record);

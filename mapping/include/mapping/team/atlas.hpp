@@ -1,7 +1,6 @@
 #pragma once
 #include <cstdint>
 #include <deque>
-#include <set>
 #include <span>
 #include <tuple>
 #include <vector>
@@ -68,8 +67,9 @@ class LatestSubmaps {
 
  private:
   const std::size_t max_blocks_;
-  std::set<std::tuple<std::int32_t, std::int32_t, BlockKey>> seen_;  // voxel size, truncation
-  std::deque<SubmapRecord> records_;                                 // a deque: submaps_ points into it
+  using Place = std::tuple<std::int32_t, std::int32_t, BlockKey>;  // voxel size, truncation
+  std::vector<Place> seen_;                                        // sorted
+  std::deque<SubmapRecord> records_;                               // a deque: submaps_ points into it
   std::vector<Atlas::Submap> submaps_;
 };
 
@@ -86,8 +86,9 @@ enum class Fusing { add, take_back };
 // Resamples the blocks of one submap (a run of latest_blocks() that differ in their keys alone) into `map`: every voxel
 // of `map` whose centre falls between eight observed voxels of the submap gets their trilinear mean and weight, or
 // gives it back. Exact integers: equal on every machine; T = identity with equal voxel sizes copies. `only`: of these
-// blocks alone, sorted; each with the neighbours that it needs. False: something saturated or had no room.
+// blocks alone, sorted; each with the neighbours that it needs. simd false: the plain twin of the hot loops, which
+// gives the same bytes. False: something saturated or had no room.
 bool fuse_submap(std::span<const AtlasBlock> blocks, const QuantizedPose& T_map_anchor, Fusing how, VoxelMap& map,
-                 const std::vector<BlockKey>* only = nullptr);
+                 const std::vector<BlockKey>* only = nullptr, bool simd = true);
 
 }  // namespace onemap::mapping

@@ -47,8 +47,8 @@ class MapFusion {
   const VoxelMap* map() const { return done() ? &atlas_->map() : nullptr; }
   std::uint64_t digest() const;  // of the map and of where the solution puts whom, whatever lives these are; done()
 
-  std::size_t submaps() const { return submaps_; }   // records that are in the target
-  std::size_t submaps_left_out() const;              // beyond what may be decoded
+  std::size_t submaps() const { return submaps_; }                    // records that are in the target
+  std::size_t submaps_left_out() const;                               // beyond what may be decoded
   std::uint64_t blocks_unplaced() const { return blocks_unplaced_; }  // hung on an anchor nobody knows
   std::uint64_t submaps_fused() const { return fused_count_; }        // so far, again and again
 

@@ -8,8 +8,8 @@
 // Where a solution puts what a robot has seen. Integers from integers, so every machine puts it in the same place.
 namespace onemap::mapping {
 
-// All of the robot's anchors among its first `keyframes` in the global frame, sorted: those of the solution where it has
-// them, each other one by odometry from the one before it. Empty when the solution is of another life.
+// All of the robot's anchors among its first `keyframes` in the global frame, sorted: those of the solution where it
+// has them, each other one by odometry from the one before it. Empty when the solution is of another life.
 std::vector<PlacedAnchor> placed_anchors(const TeamMember& member, const SolvedRobot& solved,
                                          std::size_t keyframes = SIZE_MAX);
 
