@@ -127,7 +127,7 @@ void Pipeline::keep_pose(const hal::FrameView& frame, const mapping::FrameReport
   if (report.state == mapping::TrackState::tracking) last_pose_ = report.T_robot_camera;
   const std::lock_guard lock(pose_mutex_);
   pose_.tracking = report.state == mapping::TrackState::tracking;
-  if (pose_.tracking) pose_ = {true, frame.colour_time, odometry_.T_odom_camera(), odometry_.T_odom_robot()};
+  if (pose_.tracking) pose_ = {true, frame.colour_time, odometry_.camera_in_odom(), odometry_.robot_in_odom()};
 }
 
 PoseNow Pipeline::pose() const {

@@ -135,6 +135,22 @@ TEST_F(MapFusionTest, AFullMapIsTheSameByAnyWay) {
   }
 }
 
+TEST_F(MapFusionTest, WhatHasNoAnchorIsLeftOutAndCounted) {
+  Author a = test::small_robot("a"), astray = a;
+  astray.submap({9, 9, 9}, 9, 1);  // on a keyframe that is there
+  take(astray);
+  MapFusion fusion(budget_bytes);
+  const SolutionRecord solution = of({a.chain()});
+  fuse(fusion, solution);
+  EXPECT_EQ(fusion.blocks_unplaced(), 0u);
+  const std::uint64_t digest = fusion.digest();
+  for (const std::uint32_t anchor : {5u, 77u})
+    ASSERT_TRUE(log.apply(astray.submap({9, 9, 9}, 9, anchor), Instant{}).ok());
+  fuse(fusion, solution);
+  EXPECT_EQ(fusion.blocks_unplaced(), 2u);
+  EXPECT_EQ(fusion.digest(), digest);
+}
+
 // The solution says what the map is like, whoever makes it.
 TEST_F(MapFusionTest, ParametersAreTheSolutions) {
   Author a = test::small_robot("a");

@@ -17,8 +17,8 @@ TEST(SmoothOdometry, IsTheMappersUntilItJumps) {
   SmoothOdometry odometry;
   for (const double x : {0.0, 0.1, 0.25}) {
     odometry.add(placed(x));
-    EXPECT_DOUBLE_EQ(odometry.T_odom_camera().t.x(), x);
-    EXPECT_NEAR(odometry.T_odom_robot().t.norm(), 0, 1e-12);
+    EXPECT_DOUBLE_EQ(odometry.camera_in_odom().t.x(), x);
+    EXPECT_NEAR(odometry.robot_in_odom().t.norm(), 0, 1e-12);
   }
 }
 
@@ -29,23 +29,23 @@ TEST(SmoothOdometry, AJumpIsTheCorrections) {
   lost.state = TrackState::lost;
   lost.T_robot_camera.t = {77, 0, 0};
   odometry.add(lost);
-  EXPECT_DOUBLE_EQ(odometry.T_odom_camera().t.x(), 0.1) << "where it was last";
+  EXPECT_DOUBLE_EQ(odometry.camera_in_odom().t.x(), 0.1) << "where it was last";
   odometry.add(placed(5, true));
-  EXPECT_NEAR(odometry.T_odom_camera().t.x(), 0.1, 1e-12);
-  EXPECT_NEAR(odometry.T_odom_robot().t.x(), -4.9, 1e-12);
+  EXPECT_NEAR(odometry.camera_in_odom().t.x(), 0.1, 1e-12);
+  EXPECT_NEAR(odometry.robot_in_odom().t.x(), -4.9, 1e-12);
   odometry.add(placed(5.2));
-  EXPECT_NEAR(odometry.T_odom_camera().t.x(), 0.3, 1e-12);
-  EXPECT_NEAR((odometry.T_odom_robot() * Vector3d(5.2, 0, 0)).x(), 0.3, 1e-12);
+  EXPECT_NEAR(odometry.camera_in_odom().t.x(), 0.3, 1e-12);
+  EXPECT_NEAR((odometry.robot_in_odom() * Vector3d(5.2, 0, 0)).x(), 0.3, 1e-12);
 }
 
 TEST(SmoothOdometry, AnotherChainGoesOnWhereTheLastOneEnded) {
   SmoothOdometry odometry;
   for (const double x : {0.0, 0.1}) odometry.add(placed(x));
   odometry.begin_chain();
-  EXPECT_DOUBLE_EQ(odometry.T_odom_camera().t.x(), 0.1);
+  EXPECT_DOUBLE_EQ(odometry.camera_in_odom().t.x(), 0.1);
   for (const double x : {0.0, 0.3}) odometry.add(placed(x));
-  EXPECT_NEAR(odometry.T_odom_camera().t.x(), 0.4, 1e-12);
-  EXPECT_NEAR(odometry.T_odom_robot().t.x(), 0.1, 1e-12);
+  EXPECT_NEAR(odometry.camera_in_odom().t.x(), 0.4, 1e-12);
+  EXPECT_NEAR(odometry.robot_in_odom().t.x(), 0.1, 1e-12);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ void SmoothOdometry::begin_chain() {
 void SmoothOdometry::add(const FrameReport& report) {
   const bool placed = report.state == TrackState::tracking;
   if (placed) {
-    if (tracking_ && !report.relocalized) T_odom_camera_ = T_odom_robot() * report.T_robot_camera;
+    if (tracking_ && !report.relocalized) T_odom_camera_ = robot_in_odom() * report.T_robot_camera;
     T_robot_camera_ = report.T_robot_camera;
     T_odom_camera_.R = orthonormal(T_odom_camera_.R);
   }

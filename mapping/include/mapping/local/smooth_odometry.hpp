@@ -12,8 +12,8 @@ class SmoothOdometry {
   void add(const FrameReport& report);
   void begin_chain();  // the next frame's frame is another one
 
-  const Pose& T_odom_camera() const { return T_odom_camera_; }
-  Pose T_odom_robot() const { return T_odom_camera_ * T_robot_camera_.inverse(); }  // the identity until a jump
+  const Pose& camera_in_odom() const { return T_odom_camera_; }
+  Pose robot_in_odom() const { return T_odom_camera_ * T_robot_camera_.inverse(); }  // the identity until a jump
 
  private:
   Pose T_odom_camera_, T_robot_camera_;

@@ -1,0 +1,92 @@
+// The map while robots write: the elected one says how far everybody's records count, and who holds them has its map.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/team_robots.hpp"
+
+namespace onemap::mapping {
+namespace {
+
+using namespace std::chrono_literals;
+using test::Author;
+using test::kNow;
+using test::link_of;
+using test::Records;
+using test::Robot;
+
+std::size_t count(const Records& records, RecordKind kind) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      records, [&](const RecordPtr& record) { return record->kind == static_cast<std::uint16_t>(kind); }));
+}
+
+// Robots a and b, linked, that never finish.
+struct TeamFrontier : testing::Test {
+  Author a = test::small_robot("a"), b = test::small_robot("b");
+  Records all;
+  void SetUp() override {
+    a.link(link_of("a", "b"));
+    for (const Author* author : {&a, &b}) all.insert(all.end(), author->written().begin(), author->written().end());
+  }
+};
+
+TEST_F(TeamFrontier, WhoHoldsItsRecordsHasTheDecidersMap) {
+  Robot decider(a, 10s), other(b, 10s);
+  for (const RecordPtr& record : all) decider.apply(record), other.apply(record);
+  const Records said = decider.work(kNow + 1s);
+  EXPECT_EQ(count(said, RecordKind::solution), 1u);
+  EXPECT_EQ(count(said, RecordKind::frontier), 1u);
+  ASSERT_NE(decider.view().digest, 0u);
+  EXPECT_FALSE(decider.view().settled) << "nobody has finished";
+  EXPECT_EQ(other.view().digest, 0u);
+  other.apply(said);
+  EXPECT_TRUE(other.work(kNow + 2s).empty()) << "it says nothing, for it does not decide";
+  EXPECT_EQ(other.view().digest, decider.view().digest);
+  EXPECT_EQ(other.view().digests, std::vector<std::uint64_t>{decider.view().digest});
+  EXPECT_TRUE(other.view().T_map_odometry.has_value());
+}
+
+TEST_F(TeamFrontier, TheMapKeepsUpAndWaitsForWhatIsMissing) {
+  Robot decider(a, 10s), other(b, 10s);
+  for (const RecordPtr& record : all) decider.apply(record), other.apply(record);
+  other.apply(decider.work(kNow + 1s));
+  other.work(kNow + 1s);
+  const std::uint64_t before = other.view().digest;
+  const RecordPtr more = b.submap({5, 5, 5}, 77);
+  decider.apply(more);
+  const Records said = decider.work(kNow + 3s);
+  EXPECT_EQ(count(said, RecordKind::solution), 0u) << "no anchor moved";
+  ASSERT_EQ(count(said, RecordKind::frontier), 1u);
+  EXPECT_NE(decider.view().digest, before);
+  other.apply(said);
+  other.work(kNow + 3s);
+  EXPECT_EQ(other.view().digest, before) << "it lacks a record of the frontier";
+  other.apply(more);
+  other.work(kNow + 5s);
+  EXPECT_EQ(other.view().digest, decider.view().digest);
+}
+
+TEST_F(TeamFrontier, NothingNewIsNotSaidAgain) {
+  Robot decider(a, 10s);
+  decider.apply(all);
+  decider.work(kNow + 1s);
+  EXPECT_TRUE(decider.work(kNow + 100s).empty());
+}
+
+// The decider dies without a word: the next one takes over from where it was.
+TEST_F(TeamFrontier, TheNextOneTakesOver) {
+  Robot decider(a, 10s), other(b, 10s);
+  for (const RecordPtr& record : all) decider.apply(record), other.apply(record);
+  other.apply(decider.work(kNow + 1s));
+  other.work(kNow + 1s);
+  const std::uint64_t before = other.view().digest;
+  other.apply(b.submap({5, 5, 5}, 77));
+  EXPECT_TRUE(other.work(kNow + 30s, {a.id()}).empty()) << "it is waited for";
+  const Records said = other.work(kNow + 62s, {a.id()});
+  EXPECT_EQ(count(said, RecordKind::solution), 1u);
+  EXPECT_EQ(count(said, RecordKind::frontier), 1u);
+  EXPECT_NE(other.view().digest, before);
+  EXPECT_EQ(other.map().solution()->reference, a.chain()) << "and the frame stays";
+}
+
+}  // namespace
+}  // namespace onemap::mapping
