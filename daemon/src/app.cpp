@@ -232,6 +232,7 @@ DaemonStatus App::status() const {
   s.stuck = standing_.stuck;
   s.agreed = standing_.agreed;
   s.map_agreed = map_agreement_.agreed();
+  s.map_differs.reserve(map_agreement_.differing().size());
   for (const RobotId& robot : map_agreement_.differing()) s.map_differs.push_back(robot.name());
   const PoseNow pose = pipeline_->pose();
   s.tracking = pose.tracking;

@@ -137,7 +137,9 @@ void Harvest::say_plan(Duration took) const {
 // The same in every picture of the team, whoever draws it.
 render::Color Harvest::color_of(const std::string& robot) const {
   std::vector<std::string> names;
-  for (const RobotId& id : from_.team.map().log().robots()) names.push_back(id.name());
+  const std::vector<RobotId> robots = from_.team.map().log().robots();
+  names.reserve(robots.size() + 1);
+  for (const RobotId& id : robots) names.push_back(id.name());
   if (std::ranges::find(names, robot) == names.end()) names.push_back(robot);
   const auto place = std::ranges::find(names, robot) - names.begin();
   return render::robot_colors(names)[static_cast<std::size_t>(place)];
@@ -177,6 +179,7 @@ std::vector<MapPicture> Harvest::pictures() const {
   if (const mapping::VoxelMap* local = local_map()) {
     const mapping::TeamMember& own = *from_.team.map().log().own();
     std::vector<mapping::QuantizedPose> keyframes;
+    keyframes.reserve(own.places.size());
     for (const mapping::KeyframePlace& place : own.places) keyframes.push_back(place.T_robot_keyframe);
     const SavedPath path = make_path(config_.id, color_of(config_.id), own.trajectory(), keyframes);
     pictures.push_back({config_.out + "/local", save_map(local_title, {&path, 1}, *local)});

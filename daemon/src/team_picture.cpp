@@ -20,6 +20,7 @@ render::TeamPicture team_picture(const mapping::TeamMap& team) {
   render::TeamPicture picture;
   const std::vector<mapping::ChainId> chains = team.log().chains();
   std::vector<std::string> names;
+  names.reserve(chains.size());
   for (const mapping::ChainId& chain : chains) names.push_back(chain_name(team.log(), chain));
   const auto colors = render::robot_colors(names);
   const mapping::SolutionRecord* solution = team.solution();
