@@ -238,7 +238,8 @@ DaemonStatus App::status() const {
   s.tracking = pose.tracking;
   s.pose_time_s = to_seconds(pose.time.time_since_epoch());
   s.T_odom_camera = pose.T_odom_camera;
-  if (team.T_map_odometry) s.T_map_odom = mapping::from_quantized(*team.T_map_odometry) * pose.T_odom_robot.inverse();
+  if (team.T_map_odometry && team.chain == pose.chain)
+    s.T_map_odom = mapping::from_quantized(*team.T_map_odometry) * pose.T_odom_robot.inverse();
   s.state = progress.finished && team.settled ? "settled" : progress.finished ? "merging" : "tracking";
   return s;
 }

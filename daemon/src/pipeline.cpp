@@ -83,6 +83,7 @@ void Pipeline::begin_chain(FrameTime lost) {
   log_.line("lost since {:.1f} s: going on in a map of its own, until somebody knows where it belongs",
             to_seconds(lost.time_since_epoch()));
   frames_before_ = frames_done_;
+  ++chains_ended_;
   T_first_chain_ = T_first_chain_ * last_pose_;
   last_pose_ = {};
   odometry_.begin_chain();
@@ -127,7 +128,8 @@ void Pipeline::keep_pose(const hal::FrameView& frame, const mapping::FrameReport
   if (report.state == mapping::TrackState::tracking) last_pose_ = report.T_robot_camera;
   const std::lock_guard lock(pose_mutex_);
   pose_.tracking = report.state == mapping::TrackState::tracking;
-  if (pose_.tracking) pose_ = {true, frame.colour_time, odometry_.camera_in_odom(), odometry_.robot_in_odom()};
+  if (pose_.tracking)
+    pose_ = {true, frame.colour_time, odometry_.camera_in_odom(), odometry_.robot_in_odom(), chains_ended_};
 }
 
 PoseNow Pipeline::pose() const {

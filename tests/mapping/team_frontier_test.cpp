@@ -72,6 +72,29 @@ TEST_F(TeamFrontier, NothingNewIsNotSaidAgain) {
   EXPECT_TRUE(decider.work(kNow + 100s).empty());
 }
 
+// It lives and decides nothing, or is configured not to while robots map: after a while the next one does.
+TEST_F(TeamFrontier, WhoDoesNotDecideIsPassedOver) {
+  Robot other(b, 10s);
+  other.apply(all);
+  for (int s = 1; s <= 60; s += 10)
+    EXPECT_EQ(count(other.work(kNow + std::chrono::seconds(s)), RecordKind::solution), 0u);
+  other.work(kNow + 70s);
+  const Records said = other.work(kNow + 71s);
+  EXPECT_EQ(count(said, RecordKind::solution), 1u);
+  EXPECT_NE(other.view().digest, 0u);
+  EXPECT_EQ(other.events<DeciderPassedOver>().size(), 1u);
+}
+
+TEST_F(TeamFrontier, AnotherChainOfThisRobotsIsNotInTheMapYet) {
+  Robot decider(a, 10s);
+  decider.apply(all);
+  decider.work(kNow + 1s);
+  EXPECT_TRUE(decider.view().T_map_odometry.has_value());
+  decider.map().begin_life(2, false);
+  EXPECT_FALSE(decider.view().T_map_odometry.has_value());
+  EXPECT_EQ(decider.view().chain, 1u);
+}
+
 // The decider dies without a word: the next one takes over from where it was.
 TEST_F(TeamFrontier, TheNextOneTakesOver) {
   Robot decider(a, 10s), other(b, 10s);

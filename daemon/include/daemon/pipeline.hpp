@@ -32,6 +32,7 @@ struct PoseNow {
   bool tracking = false;
   FrameTime time{};
   mapping::Pose T_odom_camera, T_odom_robot;  // odom: smooth; robot: the frame of this robot's records
+  std::uint32_t chain = 0;                    // of this chain: so many ended before it
 };
 
 // The work thread: takes frames from the queue, runs the mapper's frame path, and hands what it sealed to the
@@ -90,8 +91,9 @@ class Pipeline {
   Publisher publisher_;
   std::vector<mapping::StampedPose> poses_;
   std::uint64_t keyframes_published_ = 0, frames_before_ = 0;  // before: of earlier chains
-  mapping::Pose T_first_chain_, last_pose_;                    // the present chain's frame in the first one's
-  std::optional<FrameTime> lost_at_;                           // since when it sees something and is lost
+  std::uint32_t chains_ended_ = 0;
+  mapping::Pose T_first_chain_, last_pose_;  // the present chain's frame in the first one's
+  std::optional<FrameTime> lost_at_;         // since when it sees something and is lost
   Duration patience_{};
   mapping::TrackState last_state_ = mapping::TrackState::starting;
   std::uint64_t lost_since_ = 0;

@@ -55,6 +55,8 @@ void TeamMap::tell(const Record& record, bool first_hello) {
 
 void TeamMap::begin_life(std::uint64_t incarnation, bool repeats) {
   log_.begin_life(incarnation, repeats);
+  view_.chain += repeats ? 0 : 1;
+  view_.T_map_odometry.reset();
   view_.settled = false;
 }
 
@@ -252,7 +254,7 @@ void TeamMap::observe(Instant now) {
   if (std::exchange(fused_anew_, false)) fused_at_ = now;
   const Agreement team(log_, presence_, now);
   note_gone(team);
-  if (const auto passed_over = decision_.look(team, team.ready(), solver_, now)) events_.emplace_back(*passed_over);
+  if (const auto passed_over = decision_.look(team, map_is_due(team), solver_, now)) events_.emplace_back(*passed_over);
   update_view(team);
 }
 

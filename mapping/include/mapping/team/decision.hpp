@@ -22,7 +22,7 @@ class Decision {
   // where the records do not. While robots map, a solution is looked at once, and again after a while when it was
   // refuted. nullptr: nobody's; else it lives as long as the log is not changed.
   const TeamMember* made(const Agreement& team, TeamSolver& solver);
-  // To be asked regularly: once the final solution can be computed (it is due), whoever should publish it has a while;
+  // To be asked regularly: once a solution can be computed (it is due), whoever should publish it has a while;
   // then it is passed over, which is told once, and the next one's turn comes.
   std::optional<DeciderPassedOver> look(const Agreement& team, bool due, TeamSolver& solver, Instant now);
 

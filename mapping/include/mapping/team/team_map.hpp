@@ -48,6 +48,7 @@ struct TeamView {
   std::vector<std::uint64_t> digests;                      // of the last global maps, at most 32, the newest last
   // From this robot's odometry to the global map, where it is now; nothing while it is not in the map.
   std::optional<QuantizedPose> T_map_odometry;
+  std::uint32_t chain = 0;  // so many chains has this robot ended before the present one, since it was started
 };
 
 // Records that could not be used, of one kind.
