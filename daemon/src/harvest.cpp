@@ -193,7 +193,7 @@ RobotReport Harvest::robot_report() const {
   robot.name = config_.id;
   robot.camera = config_.camera;
   robot.frames = from_.capture.counters().grabbed;
-  robot.tracked = from_.pipeline.poses().size();
+  robot.tracked = from_.pipeline.progress().tracked;
   robot.keyframes = from_.pipeline.keyframes_published();
   robot.ms_per_frame = from_.pipeline.frame_times().quantiles();
   robot.peak_rss_mb = from_.peak_rss_mb;

@@ -8,8 +8,9 @@ namespace onemap::daemon {
 
 namespace {
 
-constexpr int kSomethingToSee = 100;       // features
-constexpr std::uint64_t kShortChain = 10;  // keyframes
+constexpr int kSomethingToSee = 100;          // features
+constexpr std::uint64_t kShortChain = 10;     // keyframes
+constexpr std::size_t kMostPoses = 1u << 20;  // 38 MB; of a longer way every second, fourth, ... is written
 constexpr auto kLongestPatience = std::chrono::minutes(5);
 
 Duration new_chain_after(const Config& config) {
@@ -83,6 +84,7 @@ void Pipeline::begin_chain(FrameTime lost) {
   log_.line("lost since {:.1f} s: going on in a map of its own, until somebody knows where it belongs",
             to_seconds(lost.time_since_epoch()));
   frames_before_ = frames_done_;
+  tracked_before_ += mapper_->counters().tracked;
   ++chains_ended_;
   T_first_chain_ = T_first_chain_ * last_pose_;
   last_pose_ = {};
@@ -117,7 +119,7 @@ void Pipeline::process(const hal::FrameView& frame) {
   drain();
   drain_submaps();
   ++frames_done_;
-  tracked_ += report.state == mapping::TrackState::tracking ? 1 : 0;
+  tracked_ = tracked_before_ + mapper_->counters().tracked;
   keyframes_ = mapper_->counters().keyframes_in_map();
   log_full();
   note_lost(frame, report);
@@ -125,10 +127,10 @@ void Pipeline::process(const hal::FrameView& frame) {
 
 void Pipeline::keep_pose(const hal::FrameView& frame, const mapping::FrameReport& report) {
   odometry_.add(report);
-  if (report.state == mapping::TrackState::tracking) last_pose_ = report.T_robot_camera;
+  if (report.placed()) last_pose_ = report.T_robot_camera;
   const std::lock_guard lock(pose_mutex_);
   pose_.tracking = report.state == mapping::TrackState::tracking;
-  if (pose_.tracking)
+  if (report.placed())
     pose_ = {true, frame.colour_time, odometry_.camera_in_odom(), odometry_.robot_in_odom(), chains_ended_};
 }
 
@@ -182,10 +184,19 @@ bool Pipeline::take(Publisher::Sealed& into) {
 void Pipeline::keep(const Publisher::Sealed& sealed) {
   if (sealed.what == Publisher::Sealed::What::keyframe) ++keyframes_published_;
   if (sealed.what != Publisher::Sealed::What::poses) return;
-  const bool first = frames_before_ == 0;
-  for (const mapping::StampedPose& pose : sealed.poses.poses)
-    poses_.push_back(
-        first ? pose : mapping::StampedPose{pose.time, quantize(T_first_chain_ * from_quantized(pose.T_robot_camera))});
+  for (const mapping::StampedPose& pose : sealed.poses.poses) keep(pose);
+}
+
+void Pipeline::keep(mapping::StampedPose pose) {
+  if (poses_seen_++ % poses_each_ != 0) return;
+  if (poses_.size() == kMostPoses) {
+    for (std::size_t i = 0; 2 * i < poses_.size(); ++i) poses_[i] = poses_[2 * i];
+    poses_.resize(kMostPoses / 2);
+    poses_each_ *= 2;
+    log_.line("the way is long: of trajectory.txt every {}th pose is kept", poses_each_);
+  }
+  if (frames_before_ != 0) pose.T_robot_camera = quantize(T_first_chain_ * from_quantized(pose.T_robot_camera));
+  poses_.push_back(pose);
 }
 
 void Pipeline::drain() {

@@ -38,6 +38,17 @@ TEST(SmoothOdometry, AJumpIsTheCorrections) {
   EXPECT_NEAR((odometry.robot_in_odom() * Vector3d(5.2, 0, 0)).x(), 0.3, 1e-12);
 }
 
+TEST(SmoothOdometry, AFrameWhoseTimeIsOutOfOrderChangesNothing) {
+  SmoothOdometry odometry;
+  for (const double x : {0.0, 0.1}) odometry.add(placed(x));
+  FrameReport late = placed(0);
+  late.reason = TrackReason::time_not_increasing;
+  odometry.add(late);
+  EXPECT_DOUBLE_EQ(odometry.camera_in_odom().t.x(), 0.1);
+  odometry.add(placed(0.2));
+  EXPECT_NEAR(odometry.camera_in_odom().t.x(), 0.2, 1e-12);
+}
+
 TEST(SmoothOdometry, AnotherChainGoesOnWhereTheLastOneEnded) {
   SmoothOdometry odometry;
   for (const double x : {0.0, 0.1}) odometry.add(placed(x));

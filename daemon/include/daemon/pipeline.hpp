@@ -53,7 +53,9 @@ class Pipeline {
 
   // After join().
   const mapping::LocalMapper& mapper() const { return *mapper_; }
-  const std::vector<mapping::StampedPose>& poses() const { return poses_; }  // all chains', in the first one's frame
+  const std::vector<mapping::StampedPose>& poses() const {
+    return poses_;
+  }  // all chains', in the first one's frame; bounded
   std::uint64_t keyframes_published() const { return keyframes_published_; }
   const LatencyHistogram& frame_times() const { return frame_times_; }  // processor time of this thread
   std::string step_table() const;                                       // for the log: each step's mean and share
@@ -74,6 +76,7 @@ class Pipeline {
   void drain();
   bool take(Publisher::Sealed& into);
   void keep(const Publisher::Sealed& sealed);
+  void keep(mapping::StampedPose pose);
   void drain_submaps();
   bool hand_over(Publisher::Sealed* sealed, bool taken);  // taken, as given
   Publisher::Sealed* slot();
@@ -90,7 +93,8 @@ class Pipeline {
   std::optional<MatchPictures> matches_;
   Publisher publisher_;
   std::vector<mapping::StampedPose> poses_;
-  std::uint64_t keyframes_published_ = 0, frames_before_ = 0;  // before: of earlier chains
+  std::uint64_t poses_seen_ = 0, poses_each_ = 1;                                   // of so many one is kept
+  std::uint64_t keyframes_published_ = 0, frames_before_ = 0, tracked_before_ = 0;  // before: of earlier chains
   std::uint32_t chains_ended_ = 0;
   mapping::Pose T_first_chain_, last_pose_;  // the present chain's frame in the first one's
   std::optional<FrameTime> lost_at_;         // since when it sees something and is lost

@@ -67,7 +67,7 @@ Status keep_link(const Record& record, TeamMember& member) {
 }
 
 Status keep_solution(const Record& record, TeamMember& member) {
-  const Status status = keep(decode_solution(record.body), member.solution);
+  Status status = keep(decode_solution(record.body), member.solution);
   if (status) member.solution_digest = digest(*member.solution);
   return status;
 }

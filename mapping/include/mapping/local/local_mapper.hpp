@@ -26,7 +26,9 @@ struct FrameReport {
   bool relocalized = false;  // placed again after being lost
   int features = 0, matches = 0, inliers = 0;
   std::uint32_t reference_keyframe = 0;
-  Pose T_robot_camera;  // current estimate; meaningful when state == tracking
+  Pose T_robot_camera;  // current estimate; meaningful when placed()
+
+  bool placed() const { return state == TrackState::tracking && reason == TrackReason::ok; }  // this very frame
 };
 
 struct LocalMapperCounters {
