@@ -13,6 +13,7 @@
 #endif
 
 #include "mapping/local/icp.hpp"
+#include "mapping/local/ray_table.hpp"
 #include "mapping/local/voxel_grid.hpp"
 #include "support/poses.hpp"
 #include "support/tum_recording.hpp"
