@@ -138,6 +138,9 @@ TEST_F(MapFusionTest, AFullMapIsTheSameByAnyWay) {
 TEST_F(MapFusionTest, WhatHasNoAnchorIsLeftOutAndCounted) {
   Author a = test::small_robot("a"), astray = a;
   astray.submap({9, 9, 9}, 9, 1);  // on a keyframe that is there
+  KeyframeRecord last;
+  last.index = last.anchor = 9;  // what hangs on 5 is before it, and on 77 behind
+  astray.write(Lane::features, RecordKind::keyframe, last);
   take(astray);
   MapFusion fusion(budget_bytes);
   const SolutionRecord solution = of({a.chain()});
