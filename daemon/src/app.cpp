@@ -1,10 +1,12 @@
 #include "daemon/app.hpp"
 
 #include <algorithm>
+#include <array>
 #include <thread>
 
 #include "daemon/clock.hpp"
 #include "daemon/harvest.hpp"
+#include "daemon/reload.hpp"
 #include "hal/base/text.hpp"
 #include "mapping/records/hello.hpp"
 
@@ -27,24 +29,38 @@ std::string names(const std::set<RobotId>& robots) {
 }  // namespace
 
 App::App(Config config, Log& log, std::span<const hal::Backend> cameras)
-    : config_(std::move(config)), log_(log), cameras_(cameras) {}
+    : config_(std::move(config)), log_(log), cameras_(cameras), service_(log) {}
 
 Exit App::run(StopSignals& signals) {
-  if (auto status = guarded("camera", [this] { return open_camera(); }); !status) {
-    log_.line("{}", status.error().text());
-    return Exit::failed;
-  }
-  if (auto status = guarded("start", [this] { return open_rest(); }); !status) {
-    log_.line("{}", status.error().text());
-    return Exit::failed;
-  }
+  if (auto status = guarded("camera", [this] { return open_camera(); }); !status)
+    return failed_to_start(status.error());
+  if (auto status = guarded("start", [this] { return open_rest(); }); !status) return failed_to_start(status.error());
   start();
+  service_.ready();
   const End end = work(signals);
   stop();
   Harvest harvest(config_, {*capture_, *pipeline_, *team_, *radio_, standing_.agreed, peak_rss_mb_}, log_);
   Status written = harvest.write();
   if (auto status = write_status(config_.out + "/status.json", this->status()); !status && written) written = status;
   return verdict(end, written);
+}
+
+Exit App::failed_to_start(const Error& error) {
+  log_.line("{}", error.text());
+  service_.failed(error);
+  return Exit::failed;
+}
+
+void App::reload(const Result<Config>& loaded) {
+  service_.reloading(now());
+  if (loaded) {
+    const ReloadPlan plan = plan_reload(config_, *loaded);
+    apply_reload(plan, *loaded, config_);
+    log_.line("configuration read again: {}", to_text(plan));
+  } else {
+    log_.line("{}", loaded.error().text());
+  }
+  service_.ready();
 }
 
 Status App::open_camera() {
@@ -109,6 +125,7 @@ void App::start() {
 }
 
 void App::stop() {
+  service_.stopping();
   if (!pipeline_->progress().finished) pipeline_->abandon();
   capture_->stop();
   pipeline_->join();
@@ -143,10 +160,18 @@ void App::tick() {
     finished_at_ = t;
   }
   take_standing(t);
+  watch(t);
   if (t - status_at_ < kStatusInterval) return;
   status_at_ = t;
-  if (auto written = write_status(config_.out + "/status.json", status()); !written)
+  const DaemonStatus s = status();
+  service_.show(s, t);
+  if (auto written = write_status(config_.out + "/status.json", s); !written)
     log_.limited("status", "{}", written.error().text());
+}
+
+void App::watch(Instant now) {
+  const std::array hearts{&capture_->heartbeat(), &pipeline_->heartbeat(), &team_->heartbeat(), &radio_->heartbeat()};
+  service_.watch(hearts, now);
 }
 
 void App::take_standing(Instant now) {

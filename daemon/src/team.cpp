@@ -9,12 +9,17 @@ namespace onemap::daemon {
 
 namespace {
 constexpr auto kLook = std::chrono::milliseconds(250);
+constexpr auto kStuckAfter = std::chrono::seconds(30);         // one piece of work, on a slow machine
 constexpr auto kLongestEnd = std::chrono::milliseconds(1500);  // for the map that was being built when asked to stop
 }  // namespace
 
 Team::Team(const RobotId& self, std::uint64_t incarnation, const TeamMapConfig& config, Publish publish,
            Failures& failures, Log& log)
-    : failures_(failures), log_(log), publish_(std::move(publish)), map_(self, incarnation, config) {}
+    : failures_(failures),
+      log_(log),
+      publish_(std::move(publish)),
+      map_(self, incarnation, config),
+      heartbeat_("team", kStuckAfter) {}
 
 Team::~Team() { stop(); }
 
@@ -72,6 +77,7 @@ void Team::apply_all(Inbox inbox, Instant arrived) {
   if (inbox.new_life) map_.begin_life(inbox.new_life->first, inbox.new_life->second);
   if (inbox.presence) map_.presence(std::move(inbox.last_sign), std::move(inbox.records_complete));
   for (const auto& record : inbox.records) {
+    heartbeat_.beat(now());
     map_.apply(record, arrived);
     hand_out();  // at once: what is refused must not pile up
   }
@@ -91,12 +97,16 @@ void Team::show() {
 void Team::run() {
   bool busy = false;
   while (!stopping_) {
+    heartbeat_.beat(now());
     Inbox inbox = take(!busy);
     const Instant arrived = now();
     apply_all(std::move(inbox), arrived);
     if (stopping_) break;
     const Instant began = now();
-    busy = map_.step(began, [this] { return stopping_.load(); });
+    busy = map_.step(began, [this] {
+      heartbeat_.beat(now());
+      return stopping_.load();
+    });
     const Instant done = now();
     map_.took(done - began);
     map_.observe(done);
@@ -107,6 +117,7 @@ void Team::run() {
   map_.finish_fusion([&] { return now() > end; });
   hand_out();
   show();
+  heartbeat_.rest();
 }
 
 }  // namespace onemap::daemon

@@ -10,6 +10,7 @@
 #include "daemon/options.hpp"
 #include "daemon/pipeline.hpp"
 #include "daemon/radio.hpp"
+#include "daemon/service.hpp"
 #include "daemon/signals.hpp"
 #include "daemon/standing.hpp"
 #include "daemon/status.hpp"
@@ -27,6 +28,8 @@ class App {
 
   // From the camera's opening to the last file; returns what the program exits with.
   Exit run(StopSignals& signals);
+  // Main thread, while it runs: takes over what can change, says what cannot, and why a configuration is not taken.
+  void reload(const Result<Config>& loaded);
 
  private:
   enum class End { done, stopped, failed };
@@ -39,16 +42,19 @@ class App {
   void stop();
   void await_map();
   Exit verdict(End end, const Status& written);
+  Exit failed_to_start(const Error& error);
   void tick();
+  void watch(Instant now);
   void take_standing(Instant now);
   void say_waiting(Instant now);
   bool done() const;
   bool lingered(Instant now) const;
   DaemonStatus status() const;
 
-  const Config config_;
+  Config config_;  // after the start only the main thread writes it, and only what no other reads (reload.hpp)
   Log& log_;
   const std::span<const hal::Backend> cameras_;
+  Service service_;
   Failures failures_;
   std::unique_ptr<hal::DepthCamera> camera_;
   std::uint64_t frames_expected_ = 0;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "daemon/heartbeat.hpp"
 #include "daemon/log.hpp"
 #include "daemon/outgoing.hpp"
 #include "daemon/worker.hpp"
@@ -36,6 +37,7 @@ class Team {
   // Any thread: when each robot was last known to live, and of whom every record that is known of is here.
   void presence(const std::map<RobotId, Instant>& last_sign, const std::set<RobotId>& records_complete);
   TeamView view() const;
+  const Heartbeat& heartbeat() const { return heartbeat_; }
   const mapping::TeamMap& map() const { return map_; }  // after stop()
 
  private:
@@ -62,6 +64,7 @@ class Team {
   Inbox inbox_;
   TeamView view_;
   std::atomic<bool> stopping_ = false;
+  Heartbeat heartbeat_;
   Worker thread_;
 };
 

@@ -1,0 +1,70 @@
+// The real daemon and what a service manager hears of it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <cstdlib>
+
+#include "support/notify_socket.hpp"
+#include "support/program.hpp"
+
+namespace onemap {
+namespace {
+
+using namespace std::chrono_literals;
+using daemon::ChildProcess;
+using test::kPatience;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class SystemService : public testing::Test {
+ protected:
+  SystemService() {
+    ::setenv("NOTIFY_SOCKET", socket_.name().c_str(), 1);
+    ::setenv("WATCHDOG_USEC", "2000000", 1);
+    ::setenv("STATE_DIRECTORY", (folder_ / "state").c_str(), 1);
+  }
+  ~SystemService() override {
+    for (const char* name : {"NOTIFY_SOCKET", "WATCHDOG_USEC", "STATE_DIRECTORY"}) ::unsetenv(name);
+  }
+  ChildProcess start(const std::string& camera) {
+    return test::start("onemapd", {"--config", "/dev/null", "--id", "anna", "--camera", camera}, folder_ / "log");
+  }
+  // The next message that begins so; what came before it is in earlier_.
+  std::string await(const std::string& begin) {
+    while (auto text = socket_.next(kPatience * 20s)) {
+      if (text->starts_with(begin)) return *text;
+      earlier_.push_back(*text);
+    }
+    ADD_FAILURE() << "never said " << begin << "; the log:\n" << test::text_of(folder_ / "log");
+    return {};
+  }
+  const test::TempFolder folder_;
+  test::NotifySocket socket_{folder_ / "notify"};
+  std::vector<std::string> earlier_;
+};
+
+TEST_F(SystemService, IsReadyThenWatchedAndSaysThatItStops) {
+  ChildProcess robot = start("simulated:office?frames=1000000");
+  await("READY=1");
+  EXPECT_TRUE(earlier_.empty()) << "nothing before it is ready";
+  await("WATCHDOG=1");
+  await("STATUS=tracking: ");
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "state/life")) << "the state folder is where it writes";
+  robot.terminate();
+  await("STOPPING=1");
+  ASSERT_TRUE(robot.wait(kPatience * 60s));
+  EXPECT_EQ(robot.exit_code(), 0);
+}
+
+TEST_F(SystemService, WithoutACameraItIsNeverReadyAndSaysWhy) {
+  ChildProcess robot = start("replay:/nonexistent");
+  EXPECT_THAT(await("STATUS="), HasSubstr("/nonexistent"));
+  ASSERT_TRUE(robot.wait(kPatience * 20s));
+  EXPECT_EQ(robot.exit_code(), 1);
+  EXPECT_TRUE(earlier_.empty());
+  EXPECT_FALSE(socket_.next(0ms));
+}
+
+}  // namespace
+}  // namespace onemap
