@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <csignal>
 #include <thread>
 
 #include "daemon/clock.hpp"
@@ -142,8 +143,17 @@ void App::await_map() {
   take_standing(now());
 }
 
+bool App::stopped_by(StopSignals& signals) {
+  while (const auto signal = signals.take()) {
+    if (*signal != SIGHUP || !reload_) return true;
+    reload_();
+  }
+  return false;
+}
+
 App::End App::work(StopSignals& signals) {
-  while (!signals.wait(kTick)) {
+  while (!stopped_by(signals)) {
+    std::this_thread::sleep_for(kTick);
     tick();
     if (failures_.any()) return End::failed;
     if (config_.once && done()) return End::done;

@@ -66,5 +66,28 @@ TEST_F(SystemService, WithoutACameraItIsNeverReadyAndSaysWhy) {
   EXPECT_FALSE(socket_.next(0ms));
 }
 
+TEST_F(SystemService, ReadsItsConfigurationAgainAndSaysWhatWaits) {
+  folder_.write("c.toml", "[run]\nlinger_s = 3\n");
+  ChildProcess robot = test::start(
+      "onemapd", {"--config", folder_ / "c.toml", "--id", "anna", "--camera", "simulated:office?frames=1000000"},
+      folder_ / "log");
+  await("READY=1");
+  folder_.write("c.toml", "[run]\nlinger_s = 4\n[map]\nvoxel_m = 0.03\n");
+  ASSERT_EQ(::kill(robot.pid(), SIGHUP), 0);
+  EXPECT_THAT(await("RELOADING=1"), HasSubstr("\nMONOTONIC_USEC="));
+  await("READY=1");
+  folder_.write("c.toml", "[run]\nlinger = 4\n");
+  ASSERT_EQ(::kill(robot.pid(), SIGHUP), 0);
+  await("RELOADING=1");
+  await("READY=1");
+  robot.terminate();
+  ASSERT_TRUE(robot.wait(kPatience * 60s));
+  EXPECT_EQ(robot.exit_code(), 0);
+  EXPECT_THAT(
+      test::text_of(folder_ / "log"),
+      testing::AllOf(HasSubstr("run.linger_s is 4 now, was 3; only a restart changes map.voxel_m (0.03 after 0.02)"),
+                     HasSubstr("the configuration is as it was: "), HasSubstr("c.toml:2: unknown key 'linger'")));
+}
+
 }  // namespace
 }  // namespace onemap

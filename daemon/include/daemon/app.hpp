@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <memory>
 #include <span>
 
@@ -28,6 +29,8 @@ class App {
 
   // From the camera's opening to the last file; returns what the program exits with.
   Exit run(StopSignals& signals);
+  // What SIGHUP does while it works, on the main thread; without it SIGHUP stops. Before run().
+  void on_reload(std::function<void()> reload) { reload_ = std::move(reload); }
   // Main thread, while it runs: takes over what can change, says what cannot, and why a configuration is not taken.
   void reload(const Result<Config>& loaded);
 
@@ -38,6 +41,7 @@ class App {
   Status open_team();
   OutgoingRecord greeting() const;
   void start();
+  bool stopped_by(StopSignals& signals);
   End work(StopSignals& signals);
   void stop();
   void await_map();
@@ -54,6 +58,7 @@ class App {
   Config config_;  // after the start only the main thread writes it, and only what no other reads (reload.hpp)
   Log& log_;
   const std::span<const hal::Backend> cameras_;
+  std::function<void()> reload_;
   Service service_;
   Failures failures_;
   std::unique_ptr<hal::DepthCamera> camera_;
