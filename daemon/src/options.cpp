@@ -9,6 +9,7 @@
 #include "daemon/cameras.hpp"
 #include "daemon/command_line.hpp"
 #include "daemon/config_key.hpp"
+#include "daemon/man.hpp"
 
 namespace onemap::daemon {
 
@@ -47,8 +48,28 @@ struct CommandLine {
   std::string config;
   CLI::Option* config_given = nullptr;
   bool help_config = false, cameras = false, check = false, dump = false;
+  std::string man;
   std::deque<Given> options;  // CLI11 keeps pointers into it
 };
+
+constexpr ManExit kExits[] = {
+    {0, "done: frames processed, everything written, and with --once in a team: all finished with equal maps"},
+    {1,
+     "something could not be done (the camera cannot be opened, the port is taken, OUT cannot be written to,\n"
+     "no frame could be placed, ...); the last lines on stderr say what and why"},
+    {2, "bad command line or configuration file, an address that cannot be right included; nothing was opened"},
+    {3, "--once, but stopped before the work was done, or without some of the team; what there was is written"},
+};
+
+std::string exit_words() {
+  std::string words;
+  for (const ManExit& exit : kExits) {
+    words += fmt::format("  {}  ", exit.status);
+    for (const char c : exit.text) words += c == '\n' ? "\n     " : std::string(1, c);
+    words += '\n';
+  }
+  return words;
+}
 
 std::string footer() {
   std::string text = "Cameras:\n";
@@ -66,13 +87,8 @@ std::string footer() {
          "for a restart.\n"
          "A recording without --once is played to its end, and the daemon then keeps serving what it knows until "
          "SIGTERM or\n"
-         "SIGINT, which write everything and end it.\n"
-         "\nExit status:\n"
-         "  0  done: frames processed, everything written, and with --once in a team: all finished with equal maps\n"
-         "  1  something could not be done (the camera cannot be opened, the port is taken, OUT cannot be written to,\n"
-         "     no frame could be placed, ...); the last lines on stderr say what and why\n"
-         "  2  bad command line or configuration file, an address that cannot be right included; nothing was opened\n"
-         "  3  --once, but stopped before the work was done, or without some of the team; what there was is written\n";
+         "SIGINT, which write everything and end it.\n" +
+         "\nExit status:\n" + exit_words();
 }
 
 void declare(CLI::App& app, Given& given) {
@@ -101,6 +117,9 @@ void declare(CLI::App& app, CommandLine& line) {
   app.add_flag("--dump-config", line.dump, "print the values that hold, and where each is from, and exit");
   app.add_flag("--cameras", line.cameras, "list the cameras of this machine, and why one cannot be used");
   app.add_flag("--help-config", line.help_config, "print a commented configuration with every key, and exit");
+  app.add_option("--man", line.man, "print a man page, for man -l: of this program (8) or of its configuration (5)")
+      ->type_name("8|5")
+      ->check(CLI::IsMember({"8", "5"}));
   app.footer(footer());
 }
 
@@ -166,6 +185,15 @@ Ending refused(const std::vector<Error>& errors) {
   return {Exit::usage, text};
 }
 
+std::string man_page(const CLI::App& app, const std::string& page) {
+  if (page == "5") return man_of_config();
+  std::vector<ManOption> options;
+  for (const CLI::Option* option : app.get_options())
+    options.push_back({option->get_name(false, true), option->get_expected_max() > 0 ? option->get_type_name() : "",
+                       option->get_description()});
+  return man_of_daemon(options, kExits);
+}
+
 // What is said instead of working; nothing: go on with what was read.
 std::optional<Ending> parse(const std::vector<std::string>& arguments, const Surroundings& surroundings, Config& config,
                             std::vector<Error>& errors) {
@@ -174,6 +202,7 @@ std::optional<Ending> parse(const std::vector<std::string>& arguments, const Sur
   declare(app, line);
   if (auto ending = parse_command_line(app, arguments)) return ending;
   if (line.help_config) return Ending{Exit::done, config_text({})};
+  if (!line.man.empty()) return Ending{Exit::done, man_page(app, line.man)};
   if (line.cameras) return Ending{Exit::done, cameras_text(hal::list_cameras(camera_backends()))};
   errors = read(line, surroundings, config);
   if (!errors.empty()) return refused(errors);
