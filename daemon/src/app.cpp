@@ -6,7 +6,6 @@
 #include <thread>
 
 #include "daemon/clock.hpp"
-#include "daemon/harvest.hpp"
 #include "daemon/reload.hpp"
 #include "hal/base/text.hpp"
 #include "mapping/records/hello.hpp"
@@ -18,7 +17,9 @@ constexpr auto kTick = std::chrono::milliseconds(50);
 constexpr auto kStatusInterval = std::chrono::milliseconds(250);
 constexpr auto kSayInterval = std::chrono::seconds(10);
 constexpr auto kStuckPatience = std::chrono::seconds(5);
-constexpr auto kLastWords = std::chrono::seconds(2);  // for neighbours to take control and pose records at the end
+constexpr Duration kLastWords = std::chrono::seconds(2);  // for neighbours to take control and pose records at the end
+
+constexpr Duration kQuick = std::chrono::milliseconds(300);  // for each of the above, when the end must be soon
 
 Duration seconds(double s) { return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s)); }
 
@@ -41,7 +42,8 @@ Exit App::run(StopSignals& signals) {
   const End end = work(signals);
   stop();
   Harvest harvest(config_, {*capture_, *pipeline_, *team_, *radio_, standing_.agreed, peak_rss_mb_}, log_);
-  Status written = harvest.write();
+  keep_map(harvest);
+  Status written = harvest.write(quick() ? Harvest::Extent::quick : Harvest::Extent::everything);
   if (auto status = write_status(config_.out + "/status.json", this->status()); !status && written) written = status;
   return verdict(end, written);
 }
@@ -76,6 +78,7 @@ Status App::open_camera() {
 
 Status App::open_rest() {
   if (auto status = make_folder(config_.out); !status) return status;
+  open_kept_map();
   if (auto status = open_team(); !status) return status;
   capture_ = std::make_unique<Capture>(*camera_, config_.speed, failures_, log_);
   Outbox outbox;
@@ -112,6 +115,26 @@ Status App::open_team() {
   return success();
 }
 
+// The map of an earlier life is for people: the robot finds itself in what its neighbours hold.
+void App::open_kept_map() {
+  kept_map_.emplace(config_.out);
+  const auto kept = kept_map_->open();
+  if (!kept)
+    log_.line("{}", kept.error().text());
+  else if (*kept)
+    log_.line("the last map of an earlier life is {}", (*kept)->file);
+}
+
+void App::keep_map(const Harvest& harvest) {
+  const std::uint64_t digest = team_->view().digest;
+  if (kept_map_->kept() && kept_map_->kept()->digest == digest) return;
+  const Status kept = guarded("settled map", [&] {
+    const auto map = harvest.saved_map();
+    return map ? kept_map_->keep(digest, *map, now()) : success();
+  });
+  if (!kept) log_.line("the settled map is not kept: {}", kept.error().text());
+}
+
 OutgoingRecord App::greeting() const {
   const mapping::HelloRecord hello{config_.id, printable(printable(config_.camera).substr(0, 180))};
   return {mapping::Lane::control, mapping::RecordKind::hello, encode(hello)};
@@ -131,14 +154,15 @@ void App::stop() {
   capture_->stop();
   pipeline_->join();
   if (config_.alone()) await_map();
-  team_->stop();
-  radio_->stop(kLastWords);
+  team_->stop(quick() ? kQuick : Team::kForTheMap);
+  radio_->stop(quick() ? kQuick : kLastWords);
   peak_rss_mb_ = daemon::peak_rss_mb();
 }
 
 // Nobody else's records are missing: the map is soon there.
 void App::await_map() {
-  for (const Instant end = now() + kLastWords; now() < end && !team_->view().settled && !failures_.any();)
+  for (const Instant end = now() + (quick() ? kQuick : kLastWords);
+       now() < end && !team_->view().settled && !failures_.any();)
     std::this_thread::sleep_for(kTick / 5);
   take_standing(now());
 }
@@ -158,6 +182,7 @@ App::End App::work(StopSignals& signals) {
     if (failures_.any()) return End::failed;
     if (config_.once && done()) return End::done;
   }
+  asked_to_stop_ = true;
   tick();
   const bool complete = capture_->ended() && pipeline_->progress().finished && standing_.agreed;
   return complete ? End::done : End::stopped;

@@ -27,6 +27,7 @@ constexpr Option kOptions[] = {
     {"--listen", "network", "listen", "ADDR:PORT"},
     {"--peer", "network", "peers", "ADDR:PORT"},
     {"--once", "run", "once", ""},
+    {"--quick-stop", "run", "quick_stop", ""},
     {"--speed", "run", "speed", "X|max"},
     {"--features", "tracking", "features", "KIND"},
     {"--linger", "run", "linger_s", "S"},

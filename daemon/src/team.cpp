@@ -9,8 +9,7 @@ namespace onemap::daemon {
 
 namespace {
 constexpr auto kLook = std::chrono::milliseconds(250);
-constexpr auto kStuckAfter = std::chrono::seconds(30);         // one piece of work, on a slow machine
-constexpr auto kLongestEnd = std::chrono::milliseconds(1500);  // for the map that was being built when asked to stop
+constexpr auto kStuckAfter = std::chrono::seconds(30);  // one piece of work, on a slow machine
 }  // namespace
 
 Team::Team(const RobotId& self, std::uint64_t incarnation, const TeamMapConfig& config, Publish publish,
@@ -27,7 +26,8 @@ void Team::start() {
   thread_.start("team", failures_, [this] { run(); });
 }
 
-void Team::stop() {
+void Team::stop(Duration for_the_map) {
+  for_the_map_ns_ = for_the_map.count();
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
@@ -113,7 +113,7 @@ void Team::run() {
     hand_out();
     show();
   }
-  const Instant end = now() + kLongestEnd;
+  const Instant end = now() + Duration(for_the_map_ns_);
   map_.finish_fusion([&] { return now() > end; });
   hand_out();
   show();

@@ -177,6 +177,7 @@ TEST_F(ConfigFile, TheExampleCarriesEveryValue) {
   all.bytes_per_second = 123456;
   all.store_budget_bytes = 3u << 20;
   all.once = true;
+  all.quick_stop = true;
   all.speed = {true, 1};
   all.linger_s = 0.125;
   all.merge_while_mapping_s = 1e6;

@@ -44,6 +44,7 @@ TEST(Reload, TellsWhatIsLiveFromWhatNeedsARestart) {
 // Every key is either taken over whole or not at all.
 TEST(Reload, EveryLiveKeyIsTakenOver) {
   Config running, loaded;
+  loaded.quick_stop = true;
   loaded.linger_s = 1;
   loaded.peer_wait_s = 2;
   loaded.plan.space.cell_m = 0.1;

@@ -57,6 +57,39 @@ TEST_F(SystemService, IsReadyThenWatchedAndSaysThatItStops) {
   EXPECT_EQ(robot.exit_code(), 0);
 }
 
+// Its whole state is on the disk, and what takes long is left out.
+TEST_F(SystemService, AQuickStopKeepsTheMapAndDrawsNothing) {
+  const std::vector<std::string> arguments{
+      "--config", "/dev/null", "--id", "anna", "--quick-stop", "--camera", "simulated:office?frames=1000000"};
+  ChildProcess robot = test::start("onemapd", arguments, folder_ / "log");
+  await("READY=1");
+  while (await("STATUS=").find("robots in the map") == std::string::npos && !HasFailure()) {
+  }
+  robot.terminate();
+  ASSERT_TRUE(robot.wait(kPatience * 60s));
+  EXPECT_EQ(robot.exit_code(), 0);
+  const std::string state = folder_ / "state";
+  EXPECT_GE(test::lines(state + "/trajectory.txt"), 1u);
+  for (const char* slow : {"/local.png", "/local.glb", "/map.pgm"})
+    EXPECT_FALSE(std::filesystem::exists(state + slow)) << slow;
+  const std::string pointer = test::text_of(state + "/settled-map"), digest = pointer.substr(0, pointer.find(' '));
+  EXPECT_EQ(
+      test::run("onemap-view", {state + "/map-" + digest + ".omap", "--ply", folder_ / "map.ply"}, folder_ / "said"), 0)
+      << "what is kept can be looked at";
+
+  // The next life knows of it; one that was changed meanwhile is set aside.
+  for (const bool spoilt : {false, true}) {
+    if (spoilt) folder_.write("state/map-" + digest + ".omap", "spoilt");
+    ChildProcess next = test::start("onemapd", arguments, folder_ / "log");
+    await("READY=1");
+    next.kill();
+    EXPECT_THAT(
+        test::text_of(folder_ / "log"),
+        HasSubstr(spoilt ? "map-" + digest + ".omap: the kept map is not the one that was written; set aside as "
+                         : "the last map of an earlier life is " + state + "/map-" + digest + ".omap"));
+  }
+}
+
 TEST_F(SystemService, WithoutACameraItIsNeverReadyAndSaysWhy) {
   ChildProcess robot = start("replay:/nonexistent");
   EXPECT_THAT(await("STATUS="), HasSubstr("/nonexistent"));

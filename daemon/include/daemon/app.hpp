@@ -1,11 +1,14 @@
 #pragma once
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "daemon/cameras.hpp"
 #include "daemon/capture.hpp"
 #include "daemon/config.hpp"
+#include "daemon/harvest.hpp"
+#include "daemon/kept_map.hpp"
 #include "daemon/log.hpp"
 #include "daemon/map_agreement.hpp"
 #include "daemon/options.hpp"
@@ -43,7 +46,10 @@ class App {
   void start();
   bool stopped_by(StopSignals& signals);
   End work(StopSignals& signals);
+  bool quick() const { return asked_to_stop_ && config_.quick_stop; }
   void stop();
+  void open_kept_map();
+  void keep_map(const Harvest& harvest);
   void await_map();
   Exit verdict(End end, const Status& written);
   Exit failed_to_start(const Error& error);
@@ -70,7 +76,8 @@ class App {
   Standing standing_;
   MapAgreement map_agreement_;
   Instant finished_at_{}, agreed_at_{}, stuck_at_{}, status_at_{}, said_at_{};
-  bool finished_ = false;
+  bool finished_ = false, asked_to_stop_ = false;
+  std::optional<KeptMap> kept_map_;
   double peak_rss_mb_ = 0;
 };
 

@@ -28,6 +28,7 @@ struct Config {
   std::uint64_t bytes_per_second = 8'000'000;   // pacing of what is sent, over all neighbours
   std::size_t store_budget_bytes = 256u << 20;  // records held, everybody's
   bool once = false;                            // finish when the stream is over and the team agrees
+  bool quick_stop = false;                      // a signal ends it within two seconds, without pictures
   Speed speed;
   double linger_s = 3;                // how long a finished robot still answers after all agree (once)
   double merge_while_mapping_s = 10;  // at most so often pairs are looked at while robots map; 0: only at the end
