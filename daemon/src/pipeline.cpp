@@ -12,6 +12,7 @@ constexpr int kSomethingToSee = 100;          // features
 constexpr std::uint64_t kShortChain = 10;     // keyframes
 constexpr std::size_t kMostPoses = 1u << 20;  // 38 MB; of a longer way every second, fourth, ... is written
 constexpr auto kLongestPatience = std::chrono::minutes(5);
+constexpr auto kStuckAfter = std::chrono::seconds(10);  // a frame, or one piece handed over
 
 Duration new_chain_after(const Config& config) {
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(config.new_chain_after_s));
@@ -28,7 +29,8 @@ Pipeline::Pipeline(const Config& config, const hal::Intrinsics& intrinsics, Bloc
       log_(log),
       publisher_(config.mapper, config.speed.max ? Publisher::WhenFull::wait : Publisher::WhenFull::later,
                  std::move(outbox), failures),
-      patience_(new_chain_after(config)) {
+      patience_(new_chain_after(config)),
+      heartbeat_("pipeline", kStuckAfter) {
   make_mapper();
   if (config.matches_picture > 0) matches_.emplace(config.out + "/matches", config.matches_picture);
 }
@@ -97,12 +99,16 @@ void Pipeline::begin_chain(FrameTime lost) {
 void Pipeline::run() {
   while (auto frame = frames_.pop()) {
     if (abandoned_) break;
+    heartbeat_.beat(now());
     process(frame->view());
+    heartbeat_.rest();
   }
+  heartbeat_.beat(now());
   seal_all();
   publisher_.finish(static_cast<std::uint32_t>(frames_done_ - frames_before_));
   publisher_.join();
   finished_ = true;
+  heartbeat_.rest();
 }
 
 void Pipeline::process(const hal::FrameView& frame) {
@@ -208,6 +214,7 @@ void Pipeline::drain() {
 }
 
 bool Pipeline::hand_over(Publisher::Sealed* sealed, bool taken) {
+  heartbeat_.beat(now());
   if (taken)
     publisher_.publish(sealed);
   else

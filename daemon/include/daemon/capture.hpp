@@ -4,6 +4,7 @@
 #include <mutex>
 
 #include "daemon/config.hpp"
+#include "daemon/heartbeat.hpp"
 #include "daemon/log.hpp"
 #include "daemon/worker.hpp"
 #include "hal/base/bounded_queue.hpp"
@@ -31,6 +32,7 @@ class Capture {
   BlockingQueue<hal::Frame>& frames() { return queue_; }
   bool ended() const { return ended_; }  // the stream came to its end by itself
   CaptureCounters counters() const;
+  const Heartbeat& heartbeat() const { return heartbeat_; }
 
  private:
   void run();
@@ -53,6 +55,7 @@ class Capture {
   bool paced_ = false;  // the first frame set the pace's origin
   Instant origin_{};
   FrameTime origin_frame_{};
+  Heartbeat heartbeat_;
   Worker thread_;
 };
 

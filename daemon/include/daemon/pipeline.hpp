@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "daemon/config.hpp"
+#include "daemon/heartbeat.hpp"
 #include "daemon/latency.hpp"
 #include "daemon/log.hpp"
 #include "daemon/match_pictures.hpp"
@@ -50,6 +51,7 @@ class Pipeline {
   void join();
   PipelineProgress progress() const;
   PoseNow pose() const;
+  const Heartbeat& heartbeat() const { return heartbeat_; }
 
   // After join().
   const mapping::LocalMapper& mapper() const { return *mapper_; }
@@ -108,6 +110,7 @@ class Pipeline {
   std::atomic<std::uint64_t> frames_done_ = 0, tracked_ = 0, keyframes_ = 0, blocks_refused_ = 0;
   bool ending_ = false;  // what is left is handed over, however long that takes
   std::atomic<bool> finished_ = false, abandoned_ = false;
+  Heartbeat heartbeat_;
   Worker thread_;
 };
 

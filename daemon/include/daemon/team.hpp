@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "daemon/heartbeat.hpp"
 #include "daemon/log.hpp"
 #include "daemon/outgoing.hpp"
 #include "daemon/worker.hpp"
@@ -29,7 +30,9 @@ class Team {
   Team& operator=(const Team&) = delete;
 
   void start();
-  void stop();                                       // within two seconds, whatever is being done
+  // Whatever is being done; the map that was being built gets so long.
+  static constexpr Duration kForTheMap = std::chrono::milliseconds(1500);
+  void stop(Duration for_the_map = kForTheMap);
   void apply(std::shared_ptr<const Record> record);  // from the radio; the store bounds how much can wait
   // From the radio: this robot goes on under this number. repeats: its records come again, and those of the life before
   // do not count.
@@ -39,6 +42,7 @@ class Team {
   // Any thread: asked on the team's thread, between two pieces of its work, which take up to seconds.
   void ask(std::function<void(mapping::TeamMap&)> question);
   TeamView view() const;
+  const Heartbeat& heartbeat() const { return heartbeat_; }
   const mapping::TeamMap& map() const { return map_; }  // after stop()
 
  private:
@@ -66,6 +70,8 @@ class Team {
   Inbox inbox_;
   TeamView view_;
   std::atomic<bool> stopping_ = false;
+  std::atomic<std::int64_t> for_the_map_ns_ = Duration(kForTheMap).count();
+  Heartbeat heartbeat_;
   Worker thread_;
 };
 
