@@ -4,7 +4,7 @@
 int main(int argc, char** argv) {
   using namespace onemap::daemon;
   return run_program("onemapd", argc, argv, [](const std::vector<std::string>& arguments) {
-    StopSignals signals;  // before anything that could be stopped
+    StopSignals signals(Hangup::reloads);  // before anything that could be stopped
     auto options = parse_daemon_options(arguments);
     if (!options.value) return end(options);
     Log log(options.value->id);
