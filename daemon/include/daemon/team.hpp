@@ -1,11 +1,13 @@
 #pragma once
 #include <atomic>
 #include <condition_variable>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <set>
 
+#include "daemon/link_tally.hpp"
 #include "daemon/log.hpp"
 #include "daemon/outgoing.hpp"
 #include "daemon/worker.hpp"
@@ -27,6 +29,8 @@ class Team {
   Team(const Team&) = delete;
   Team& operator=(const Team&) = delete;
 
+  // Told of everything that happens in the team, on the team's thread: must be quick. Before start().
+  void on_event(std::function<void(const mapping::TeamEvent&)> told) { told_ = std::move(told); }
   void start();
   void stop();                                       // within two seconds, whatever is being done
   void apply(std::shared_ptr<const Record> record);  // from the radio; the store bounds how much can wait
@@ -36,6 +40,7 @@ class Team {
   // Any thread: when each robot was last known to live, and of whom every record that is known of is here.
   void presence(const std::map<RobotId, Instant>& last_sign, const std::set<RobotId>& records_complete);
   TeamView view() const;
+  LinkTally links() const;                              // any thread
   const mapping::TeamMap& map() const { return map_; }  // after stop()
 
  private:
@@ -56,11 +61,13 @@ class Team {
   Failures& failures_;
   Log& log_;
   const Publish publish_;
+  std::function<void(const mapping::TeamEvent&)> told_;
   mapping::TeamMap map_;
-  mutable std::mutex mutex_;  // of inbox_ and view_
+  mutable std::mutex mutex_;  // of inbox_, view_ and links_
   std::condition_variable wake_;
   Inbox inbox_;
   TeamView view_;
+  LinkTally links_;
   std::atomic<bool> stopping_ = false;
   Worker thread_;
 };
