@@ -1,9 +1,14 @@
 #include "daemon/app.hpp"
 
+#include <sys/statvfs.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <csignal>
 #include <thread>
 
 #include "daemon/clock.hpp"
+#include "daemon/control/replies.hpp"
 #include "daemon/harvest.hpp"
 #include "hal/base/text.hpp"
 #include "mapping/records/hello.hpp"
@@ -18,6 +23,16 @@ constexpr auto kStuckPatience = std::chrono::seconds(5);
 constexpr auto kLastWords = std::chrono::seconds(2);  // for neighbours to take control and pose records at the end
 
 Duration seconds(double s) { return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s)); }
+
+PlaceFacts place_facts(const std::string& out) {
+  PlaceFacts place;
+  place.out = out;
+  struct statvfs disk {};
+  if (statvfs(out.c_str(), &disk) == 0)
+    place.disk_free_bytes = static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize;
+  place.out_writable = access(out.c_str(), W_OK) == 0;
+  return place;
+}
 
 std::string names(const std::set<RobotId>& robots) {
   std::string text;
@@ -38,8 +53,13 @@ Exit App::run(StopSignals& signals) {
     log_.line("{}", status.error().text());
     return Exit::failed;
   }
+  if (auto status = guarded("control", [&] { return open_loop(signals); }); !status) {
+    log_.line("{}", status.error().text());
+    return Exit::failed;
+  }
   start();
-  const End end = work(signals);
+  const End end = work();
+  control_->close();
   stop();
   Harvest harvest(config_, {*capture_, *pipeline_, *team_, *radio_, standing_.agreed, peak_rss_mb_}, log_);
   Status written = harvest.write();
@@ -53,7 +73,8 @@ Status App::open_camera() {
   camera_ = std::move(*camera);
   if (auto status = check_camera(config_, camera_->intrinsics()); !status) return status;
   frames_expected_ = camera_->frames_expected();
-  log_.line("camera {}", camera_->description());
+  camera_facts_ = {config_.camera, camera_->description(), camera_->live(), false, false, camera_->intrinsics()};
+  log_.line("camera {}", camera_facts_.description);
   return success();
 }
 
@@ -125,12 +146,73 @@ void App::await_map() {
   take_standing(now());
 }
 
-App::End App::work(StopSignals& signals) {
-  while (!signals.wait(kTick)) {
+Status App::open_loop(StopSignals& signals) {
+  auto loop = EventLoop::open();
+  if (!loop) return loop.error();
+  loop_ = std::move(*loop);
+  const auto watched = loop_->watch(signals.descriptor(), EventLoop::kReadable,
+                                    [this, &signals](std::uint32_t) { take_signals(signals); });
+  if (!watched) return watched.error();
+  const auto ticks = loop_->every(kTick, [this] {
     tick();
-    if (failures_.any()) return End::failed;
-    if (config_.once && done()) return End::done;
+    if (failures_.any() || (config_.once && done())) loop_->stop();
+  });
+  return ticks ? open_control() : Status(ticks.error());
+}
+
+Status App::open_control() {
+  began_ = now();
+  const Control::Sources sources{[this] { return facts(); },
+                                 [this](const PoseNow& pose) { return map_correction(team_->view(), pose); }};
+  control_ = std::make_unique<Control>(*loop_, sources, ControlActions{}, log_);
+  pipeline_->on_pose([this](const PoseNow& pose) { control_->pose(pose); });
+  team_->on_event([this](const mapping::TeamEvent& event) { control_->event(event); });
+  return control_->open(config_, ONEMAP_VERSION);
+}
+
+RobotFacts App::facts() const {
+  RobotFacts facts;
+  facts.id = config_.id;
+  facts.version = ONEMAP_VERSION;
+  facts.alone = config_.alone();
+  if (!facts.alone) facts.listen = radio_->local();
+  facts.now = now();
+  facts.uptime_s = to_seconds(facts.now - began_);
+  facts.rss_mb = rss_mb();
+  facts.peak_rss_mb = daemon::peak_rss_mb();
+  facts.status = status();
+  facts.camera = camera_facts_;
+  facts.camera.away = capture_->away();
+  facts.camera.ended = capture_->ended();
+  facts.capture = capture_->counters();
+  facts.pipeline = pipeline_->view();
+  facts.local_blocks_most = mapping::VoxelMap::capacity_of(config_.mapper.map);
+  mapping::VoxelMapConfig global = config_.mapper.map;
+  global.budget_bytes = config_.global_budget_bytes;
+  facts.global_blocks_most = mapping::VoxelMap::capacity_of(global);
+  facts.team = team_->view();
+  facts.links = team_->links();
+  facts.radio = radio_->view();
+  facts.life = facts.radio.life;
+  facts.place = place_facts(config_.out);
+  return facts;
+}
+
+void App::take_signals(StopSignals& signals) {
+  while (const auto signal = signals.take()) {
+    if (*signal == SIGHUP && reload_) {
+      reload_();
+      continue;
+    }
+    asked_to_stop_ = true;
+    loop_->stop();
   }
+}
+
+App::End App::work() {
+  loop_->run();
+  if (failures_.any()) return End::failed;
+  if (!asked_to_stop_) return End::done;
   tick();
   const bool complete = capture_->ended() && pipeline_->progress().finished && standing_.agreed;
   return complete ? End::done : End::stopped;
@@ -238,8 +320,7 @@ DaemonStatus App::status() const {
   s.tracking = pose.tracking;
   s.pose_time_s = to_seconds(pose.time.time_since_epoch());
   s.T_odom_camera = pose.T_odom_camera;
-  if (team.T_map_odometry && team.chain == pose.chain)
-    s.T_map_odom = mapping::from_quantized(*team.T_map_odometry) * pose.T_odom_robot.inverse();
+  s.T_map_odom = map_correction(team, pose);
   s.state = progress.finished && team.settled ? "settled" : progress.finished ? "merging" : "tracking";
   return s;
 }

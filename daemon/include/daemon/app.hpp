@@ -1,10 +1,13 @@
 #pragma once
+#include <functional>
 #include <memory>
 #include <span>
 
 #include "daemon/cameras.hpp"
 #include "daemon/capture.hpp"
 #include "daemon/config.hpp"
+#include "daemon/control/control.hpp"
+#include "daemon/event_loop.hpp"
 #include "daemon/log.hpp"
 #include "daemon/map_agreement.hpp"
 #include "daemon/options.hpp"
@@ -20,22 +23,28 @@ namespace onemap::daemon {
 
 // One robot, in a team or alone (then it is a team of one, without a socket): camera -> capture -> pipeline -> records
 // -> radio and team -> outputs. The parts start in this order's reverse, so that nobody speaks to somebody who is not
-// there yet, and stop in this order.
+// there yet, and stop in this order. The main thread turns one event loop: signals, timers, control.
 class App {
  public:
   App(Config config, Log& log, std::span<const hal::Backend> cameras = camera_backends());
 
   // From the camera's opening to the last file; returns what the program exits with.
   Exit run(StopSignals& signals);
+  // What SIGHUP does while it works, on the main thread; without it SIGHUP stops. Before run().
+  void on_reload(std::function<void()> reload) { reload_ = std::move(reload); }
 
  private:
   enum class End { done, stopped, failed };
   Status open_camera();
   Status open_rest();
+  Status open_control();
+  RobotFacts facts() const;
   Status open_team();
   OutgoingRecord greeting() const;
   void start();
-  End work(StopSignals& signals);
+  Status open_loop(StopSignals& signals);
+  void take_signals(StopSignals& signals);
+  End work();
   void stop();
   void await_map();
   Exit verdict(End end, const Status& written);
@@ -49,8 +58,14 @@ class App {
   const Config config_;
   Log& log_;
   const std::span<const hal::Backend> cameras_;
+  std::function<void()> reload_;
+  std::unique_ptr<EventLoop> loop_;
+  std::unique_ptr<Control> control_;  // threads tell it what happens, so it outlives them
+  Instant began_{};
+  bool asked_to_stop_ = false;
   Failures failures_;
   std::unique_ptr<hal::DepthCamera> camera_;
+  CameraFacts camera_facts_;  // as it was opened: the camera itself is the capture thread's
   std::uint64_t frames_expected_ = 0;
   std::unique_ptr<Team> team_;
   std::unique_ptr<Radio> radio_;

@@ -40,6 +40,9 @@ struct Config {
   std::size_t places_budget_bytes = 32u << 20;  // for the index of own keyframes
   mapping::SurveyConfig plan;                   // the floor plan
   mapping::FindPairs find_pairs = mapping::FindPairs::by_index;
+  std::string control_socket;   // path; empty: where control::default_socket() says
+  std::string control_tcp;      // ADDR:PORT of loopback, read-only; empty: none
+  std::string control_metrics;  // ADDR:PORT of loopback, HTTP; empty: none
 
   bool alone() const { return listen.empty() && peers.empty() && group.empty(); }
 };
