@@ -46,15 +46,15 @@ App::App(Config config, Log& log, std::span<const hal::Backend> cameras)
 
 Exit App::run(StopSignals& signals) {
   if (auto status = guarded("camera", [this] { return open_camera(); }); !status) {
-    log_.line("{}", status.error().text());
+    log_.error("{}", status.error().text());
     return Exit::failed;
   }
   if (auto status = guarded("start", [this] { return open_rest(); }); !status) {
-    log_.line("{}", status.error().text());
+    log_.error("{}", status.error().text());
     return Exit::failed;
   }
   if (auto status = guarded("control", [&] { return open_loop(signals); }); !status) {
-    log_.line("{}", status.error().text());
+    log_.error("{}", status.error().text());
     return Exit::failed;
   }
   start();
@@ -272,20 +272,20 @@ bool App::done() const {
 }
 
 Exit App::verdict(End end, const Status& written) {
-  if (failures_.any()) log_.line("failed: {}", failures_.first());
+  if (failures_.any()) log_.error("failed: {}", failures_.first());
   if (failures_.any() || !written) return Exit::failed;
   if (pipeline_->progress().tracked == 0 && capture_->ended()) {
-    log_.line("no frame could be placed: there is no map");
+    log_.error("no frame could be placed: there is no map; onemapctl doctor says what is wrong while it runs");
     return Exit::failed;
   }
   bool complete = end == End::done;
   if (config_.once) {
     const RadioView radio = radio_->view();
-    for (const std::string& peer : radio.peers_never_heard) log_.line("peer {} was never heard", peer);
+    for (const std::string& peer : radio.peers_never_heard) log_.warn("peer {} was never heard", peer);
     if (radio.left_out > 0)
-      log_.line("the map is without {} records of this robot: the store had no room", radio.left_out);
+      log_.warn("the map is without {} records of this robot: the store had no room", radio.left_out);
     const std::set<RobotId> cut_short = team_->view().cut_short;
-    if (!cut_short.empty()) log_.line("the map is without the rest of {}: silent to the end", names(cut_short));
+    if (!cut_short.empty()) log_.warn("the map is without the rest of {}: silent to the end", names(cut_short));
     complete = complete && standing_.agreed && radio.peers_never_heard.empty() && radio.id_also_used_at.empty() &&
                radio.left_out == 0 && cut_short.empty();
     if (!standing_.agreed && !standing_.waiting.empty()) log_.line("{}", standing_.waiting);

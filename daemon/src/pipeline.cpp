@@ -187,7 +187,7 @@ void Pipeline::log_change(const hal::FrameView& frame, const mapping::FrameRepor
     log_.limited("lost", "tracking lost at frame {}: {} (features {}, matches {}, inliers {})", frame.index,
                  to_string(report.reason), report.features, report.matches, report.inliers);
   } else if (report.state == TrackState::tracking && last_state_ == TrackState::lost) {
-    log_.limited("resumed", "tracking resumed at frame {} against keyframe {} after {} frames", frame.index,
+    log_.limited(Level::info, "resumed", "tracking resumed at frame {} against keyframe {} after {} frames", frame.index,
                  report.reference_keyframe, frame.index - lost_since_);
   }
   last_state_ = report.state;

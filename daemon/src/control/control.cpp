@@ -53,7 +53,7 @@ Status Control::serve(const Config& config) {
   auto listener = Listener::at_path(path);
   if (!listener && asked) return Error{"control.socket", listener.error().text()};
   if (!listener) {
-    log_.line("no control socket: {}; onemapctl cannot reach this robot; say control.socket", listener.error().text());
+    log_.warn("no control socket: {}; onemapctl cannot reach this robot; say control.socket", listener.error().text());
   } else {
     place_ = path;
     if (auto served = server_->serve(std::move(*listener)); !served) return served;
