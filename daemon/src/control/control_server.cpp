@@ -52,7 +52,7 @@ struct ControlServer::Client {
   ~Client() { ::close(descriptor); }
 };
 
-ControlServer::ControlServer(EventLoop& loop, std::vector<Command> commands, Json greeting, Log& log)
+ControlServer::ControlServer(EventLoop& loop, std::vector<Command> commands, const Json& greeting, Log& log)
     : loop_(loop),
       commands_(std::move(commands)),
       greeting_(control::line_of(greeting)),

@@ -30,7 +30,7 @@ struct ControlCounters {
 class ControlServer {
  public:
   // greeting: what a client hears first. The loop and the log must outlive the server.
-  ControlServer(EventLoop& loop, std::vector<Command> commands, Json greeting, Log& log);
+  ControlServer(EventLoop& loop, std::vector<Command> commands, const Json& greeting, Log& log);
   ~ControlServer();
   ControlServer(const ControlServer&) = delete;
   ControlServer& operator=(const ControlServer&) = delete;
