@@ -92,25 +92,16 @@ Status Harvest::write_graph() const {
   return text.empty() ? success() : write_text_file(config_.out + "/graph.g2o", text);
 }
 
-// Of the global map, and without one of this robot's own odometry.
-std::vector<mapping::PlacedKeyframe> Harvest::placed_keyframes() const {
-  std::vector<mapping::PlacedKeyframe> placed;
-  const mapping::TeamLog& log = from_.team.map().log();
-  const mapping::SolutionRecord* solution = from_.team.map().solution();
-  const mapping::SolutionRecord alone{log.own_chain(), {{log.own_chain(), {}}}, 0, 0, {}};
-  for (const mapping::SolvedRobot& solved : (solution != nullptr ? *solution : alone).robots) {
-    const mapping::TeamMember* member = log.find(solved.chain);
-    if (member == nullptr) continue;
-    const auto poses = mapping::keyframes_on_map(*member, solved);
-    for (std::size_t i = 0; i < poses.size(); ++i)
-      placed.push_back({member->keyframes[i]->body, mapping::from_quantized(poses[i])});
-  }
-  return placed;
-}
-
 Status Harvest::write_plan() {
   const Instant began = now();
-  auto survey = mapping::survey(placed_keyframes(), config_.plan);
+  // Of the global map, and without one of this robot's own odometry.
+  const mapping::TeamLog& log = from_.team.map().log();
+  const mapping::SolutionRecord* solution = from_.team.map().solution();
+  const mapping::SolutionRecord alone = mapping::alone_on_map(log.own_chain());
+  std::optional<mapping::Vector3f> up;
+  if (solution != nullptr) up = mapping::unit_vector(solution->up);
+  auto survey =
+      mapping::survey(mapping::placed_keyframes(log, solution != nullptr ? *solution : alone), config_.plan, up);
   if (!survey) {  // a desk without a floor is no failure
     log_.line("no {}", survey.error().text());
     return success();
@@ -153,7 +144,7 @@ MapPicture Harvest::solved_picture(const std::string& stem, const std::string& t
     if (const mapping::TeamMember* member = log.find(solved.chain); member != nullptr)
       paths.push_back(make_path(chain_name(log, solved.chain), color_of(solved.chain.robot.name()),
                                 mapping::way_on_map(*member, solved), mapping::keyframes_on_map(*member, solved)));
-  return {config_.out + stem, save_map(title, paths, *from_.team.map().map())};
+  return {config_.out + stem, save_map(title, paths, *from_.team.map().map(), solution.up)};
 }
 
 // This robot's own records where its odometry has them: what it would hold without its team.
@@ -163,7 +154,8 @@ const mapping::VoxelMap* Harvest::local_map() const {
   mapping::AtlasConfig config{config_.mapper.map};
   config.map.budget_bytes = config_.global_budget_bytes;
   local_.emplace(config.map.budget_bytes);
-  mapping::MapTarget target{{log.own_chain(), {{log.own_chain(), {}}}, 0, 0, mapping::map_parameters(config)}, {}};
+  mapping::MapTarget target{mapping::alone_on_map(log.own_chain()), {}};
+  target.solution.map = mapping::map_parameters(config);
   target.extents = mapping::everything_here(log, target.solution);
   local_->aim(log, std::move(target));
   while (local_->underway()) local_->step([] { return false; });

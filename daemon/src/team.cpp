@@ -56,6 +56,14 @@ void Team::presence(const std::map<RobotId, Instant>& last_sign, const std::set<
   inbox_.presence = true;
 }
 
+void Team::ask(std::function<void(mapping::TeamMap&)> question) {
+  {
+    const std::lock_guard lock(mutex_);
+    inbox_.questions.push_back(std::move(question));
+  }
+  wake_.notify_one();
+}
+
 TeamView Team::view() const {
   const std::lock_guard lock(mutex_);
   return view_;
@@ -80,6 +88,8 @@ void Team::apply_all(Inbox inbox, Instant arrived) {
     map_.apply(record, arrived);
     hand_out();  // at once: what is refused must not pile up
   }
+  for (const auto& question : inbox.questions) question(map_);
+  hand_out();
 }
 
 void Team::hand_out() {

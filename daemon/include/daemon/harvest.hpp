@@ -39,7 +39,6 @@ class Harvest {
   void say_costs() const;
   Status write_trajectories() const;
   Status write_graph() const;
-  std::vector<mapping::PlacedKeyframe> placed_keyframes() const;
   Status write_plan();
   void say_plan(Duration took) const;
   render::Color color_of(const std::string& robot) const;

@@ -39,6 +39,8 @@ class Team {
   void begin_life(std::uint64_t incarnation, bool repeats);
   // Any thread: when each robot was last known to live, and of whom every record that is known of is here.
   void presence(const std::map<RobotId, Instant>& last_sign, const std::set<RobotId>& records_complete);
+  // Any thread: asked on the team's thread, between two pieces of its work, which take up to seconds.
+  void ask(std::function<void(mapping::TeamMap&)> question);
   TeamView view() const;
   LinkTally links() const;                              // any thread
   const mapping::TeamMap& map() const { return map_; }  // after stop()
@@ -50,7 +52,8 @@ class Team {
     std::map<RobotId, Instant> last_sign;
     std::set<RobotId> records_complete;
     bool presence = false;
-    bool empty() const { return records.empty() && !new_life; }
+    std::vector<std::function<void(mapping::TeamMap&)>> questions;
+    bool empty() const { return records.empty() && !new_life && questions.empty(); }
   };
   void run();
   Inbox take(bool wait);
