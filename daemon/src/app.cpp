@@ -1,11 +1,15 @@
 #include "daemon/app.hpp"
 
+#include <sys/statvfs.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <csignal>
 #include <thread>
 
 #include "daemon/clock.hpp"
+#include "daemon/control/replies.hpp"
 #include "daemon/reload.hpp"
 #include "hal/base/text.hpp"
 #include "mapping/records/hello.hpp"
@@ -23,6 +27,16 @@ constexpr Duration kQuick = std::chrono::milliseconds(300);  // for each of the 
 
 Duration seconds(double s) { return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s)); }
 
+PlaceFacts place_facts(const std::string& out) {
+  PlaceFacts place;
+  place.out = out;
+  struct statvfs disk {};
+  if (statvfs(out.c_str(), &disk) == 0)
+    place.disk_free_bytes = static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize;
+  place.out_writable = access(out.c_str(), W_OK) == 0;
+  return place;
+}
+
 std::string names(const std::set<RobotId>& robots) {
   std::string text;
   for (const RobotId& robot : robots) text += (text.empty() ? "" : ", ") + robot.name();
@@ -34,12 +48,15 @@ App::App(Config config, Log& log, std::span<const hal::Backend> cameras)
     : config_(std::move(config)), log_(log), cameras_(cameras), service_(log) {}
 
 Exit App::run(StopSignals& signals) {
-  if (auto status = guarded("camera", [this] { return open_camera(); }); !status)
-    return failed_to_start(status.error());
-  if (auto status = guarded("start", [this] { return open_rest(); }); !status) return failed_to_start(status.error());
+  for (const auto& [place, open] : std::initializer_list<std::pair<const char*, std::function<Status()>>>{
+           {"camera", [this] { return open_camera(); }},
+           {"start", [this] { return open_rest(); }},
+           {"control", [&] { return open_loop(signals); }}})
+    if (auto status = guarded(place, open); !status) return failed_to_start(status.error());
   start();
   service_.ready();
-  const End end = work(signals);
+  const End end = work();
+  control_->close();
   stop();
   Harvest harvest(config_, {*capture_, *pipeline_, *team_, *radio_, standing_.agreed, peak_rss_mb_}, log_);
   keep_map(harvest);
@@ -49,7 +66,7 @@ Exit App::run(StopSignals& signals) {
 }
 
 Exit App::failed_to_start(const Error& error) {
-  log_.line("{}", error.text());
+  log_.error("{}", error.text());
   service_.failed(error);
   return Exit::failed;
 }
@@ -72,7 +89,8 @@ Status App::open_camera() {
   camera_ = std::move(*camera);
   if (auto status = check_camera(config_, camera_->intrinsics()); !status) return status;
   frames_expected_ = camera_->frames_expected();
-  log_.line("camera {}", camera_->description());
+  camera_facts_ = {config_.camera, camera_->description(), camera_->live(), false, false, camera_->intrinsics()};
+  log_.line("camera {}", camera_facts_.description);
   return success();
 }
 
@@ -167,22 +185,73 @@ void App::await_map() {
   take_standing(now());
 }
 
-bool App::stopped_by(StopSignals& signals) {
-  while (const auto signal = signals.take()) {
-    if (*signal != SIGHUP || !reload_) return true;
-    reload_();
-  }
-  return false;
+Status App::open_loop(StopSignals& signals) {
+  auto loop = EventLoop::open();
+  if (!loop) return loop.error();
+  loop_ = std::move(*loop);
+  const auto watched = loop_->watch(signals.descriptor(), EventLoop::kReadable,
+                                    [this, &signals](std::uint32_t) { take_signals(signals); });
+  if (!watched) return watched.error();
+  const auto ticks = loop_->every(kTick, [this] {
+    tick();
+    if (failures_.any() || (config_.once && done())) loop_->stop();
+  });
+  return ticks ? open_control() : Status(ticks.error());
 }
 
-App::End App::work(StopSignals& signals) {
-  while (!stopped_by(signals)) {
-    std::this_thread::sleep_for(kTick);
-    tick();
-    if (failures_.any()) return End::failed;
-    if (config_.once && done()) return End::done;
+Status App::open_control() {
+  began_ = now();
+  const Control::Sources sources{[this] { return facts(); },
+                                 [this](const PoseNow& pose) { return map_correction(team_->view(), pose); }};
+  control_ = std::make_unique<Control>(*loop_, sources, ControlActions{}, log_);
+  pipeline_->on_pose([this](const PoseNow& pose) { control_->pose(pose); });
+  team_->on_event([this](const mapping::TeamEvent& event) { control_->event(event); });
+  return control_->open(config_, ONEMAP_VERSION);
+}
+
+RobotFacts App::facts() const {
+  RobotFacts facts;
+  facts.id = config_.id;
+  facts.version = ONEMAP_VERSION;
+  facts.alone = config_.alone();
+  if (!facts.alone) facts.listen = radio_->local();
+  facts.now = now();
+  facts.uptime_s = to_seconds(facts.now - began_);
+  facts.rss_mb = rss_mb();
+  facts.peak_rss_mb = daemon::peak_rss_mb();
+  facts.status = status();
+  facts.camera = camera_facts_;
+  facts.camera.away = capture_->away();
+  facts.camera.ended = capture_->ended();
+  facts.capture = capture_->counters();
+  facts.pipeline = pipeline_->view();
+  facts.local_blocks_most = mapping::VoxelMap::capacity_of(config_.mapper.map);
+  mapping::VoxelMapConfig global = config_.mapper.map;
+  global.budget_bytes = config_.global_budget_bytes;
+  facts.global_blocks_most = mapping::VoxelMap::capacity_of(global);
+  facts.team = team_->view();
+  facts.links = team_->links();
+  facts.radio = radio_->view();
+  facts.life = facts.radio.life;
+  facts.place = place_facts(config_.out);
+  return facts;
+}
+
+void App::take_signals(StopSignals& signals) {
+  while (const auto signal = signals.take()) {
+    if (*signal == SIGHUP && reload_) {
+      reload_();
+      continue;
+    }
+    asked_to_stop_ = true;
+    loop_->stop();
   }
-  asked_to_stop_ = true;
+}
+
+App::End App::work() {
+  loop_->run();
+  if (failures_.any()) return End::failed;
+  if (!asked_to_stop_) return End::done;
   tick();
   const bool complete = capture_->ended() && pipeline_->progress().finished && standing_.agreed;
   return complete ? End::done : End::stopped;
@@ -250,20 +319,20 @@ bool App::done() const {
 }
 
 Exit App::verdict(End end, const Status& written) {
-  if (failures_.any()) log_.line("failed: {}", failures_.first());
+  if (failures_.any()) log_.error("failed: {}", failures_.first());
   if (failures_.any() || !written) return Exit::failed;
   if (pipeline_->progress().tracked == 0 && capture_->ended()) {
-    log_.line("no frame could be placed: there is no map");
+    log_.error("no frame could be placed: there is no map; onemapctl doctor says what is wrong while it runs");
     return Exit::failed;
   }
   bool complete = end == End::done;
   if (config_.once) {
     const RadioView radio = radio_->view();
-    for (const std::string& peer : radio.peers_never_heard) log_.line("peer {} was never heard", peer);
+    for (const std::string& peer : radio.peers_never_heard) log_.warn("peer {} was never heard", peer);
     if (radio.left_out > 0)
-      log_.line("the map is without {} records of this robot: the store had no room", radio.left_out);
+      log_.warn("the map is without {} records of this robot: the store had no room", radio.left_out);
     const std::set<RobotId> cut_short = team_->view().cut_short;
-    if (!cut_short.empty()) log_.line("the map is without the rest of {}: silent to the end", names(cut_short));
+    if (!cut_short.empty()) log_.warn("the map is without the rest of {}: silent to the end", names(cut_short));
     complete = complete && standing_.agreed && radio.peers_never_heard.empty() && radio.id_also_used_at.empty() &&
                radio.left_out == 0 && cut_short.empty();
     if (!standing_.agreed && !standing_.waiting.empty()) log_.line("{}", standing_.waiting);
@@ -298,8 +367,7 @@ DaemonStatus App::status() const {
   s.tracking = pose.tracking;
   s.pose_time_s = to_seconds(pose.time.time_since_epoch());
   s.T_odom_camera = pose.T_odom_camera;
-  if (team.T_map_odometry && team.chain == pose.chain)
-    s.T_map_odom = mapping::from_quantized(*team.T_map_odometry) * pose.T_odom_robot.inverse();
+  s.T_map_odom = map_correction(team, pose);
   s.state = progress.finished && team.settled ? "settled" : progress.finished ? "merging" : "tracking";
   return s;
 }

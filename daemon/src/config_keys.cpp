@@ -10,6 +10,7 @@
 #include "daemon/addresses.hpp"
 #include "daemon/cameras.hpp"
 #include "daemon/config_key.hpp"
+#include "daemon/control/listener.hpp"
 #include "hal/base/ids.hpp"
 
 namespace onemap::daemon {
@@ -309,12 +310,24 @@ void add_map(std::vector<ConfigKey>& keys) {
       kBudget, [](auto& c) -> auto& { return c.plan.space.budget_bytes; })));
 }
 
+void add_control(std::vector<ConfigKey>& keys) {
+  keys.push_back(text({"control", "socket",
+                       "Unix socket for onemapctl; empty: $RUNTIME_DIRECTORY/control.sock, else "
+                       "$XDG_RUNTIME_DIR/onemap/ID.sock, else OUT/control.sock"},
+                      "a path of at most 107 bytes", &Config::control_socket, any));
+  keys.push_back(text({"control", "tcp", "TCP port of loopback that answers the same and changes nothing; empty: none"},
+                      "ADDR:PORT of loopback, such as 127.0.0.1:4680", &Config::control_tcp, check_loopback));
+  keys.push_back(text({"control", "metrics", "TCP port of loopback for Prometheus (GET /metrics); empty: none"},
+                      "ADDR:PORT of loopback, such as 127.0.0.1:9464", &Config::control_metrics, check_loopback));
+}
+
 constexpr ConfigSection kSections[] = {
     {"robot", "who this robot is, what it sees with, where it writes"},
     {"network", "whom it talks to over UDP"},
     {"run", "how long it works and whom it waits for"},
     {"tracking", "how it finds its way"},
     {"map", "what it keeps of what it saw"},
+    {"control", "how people and programs of this machine reach it"},
 };
 
 }  // namespace
@@ -324,7 +337,7 @@ std::span<const ConfigSection> config_sections() { return kSections; }
 std::span<const ConfigKey> config_keys() {
   static const std::vector<ConfigKey> table = [] {
     std::vector<ConfigKey> keys;
-    for (const auto add : {add_robot, add_network, add_run, add_tracking, add_map}) add(keys);
+    for (const auto add : {add_robot, add_network, add_run, add_tracking, add_map, add_control}) add(keys);
     return keys;
   }();
   return table;

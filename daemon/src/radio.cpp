@@ -167,7 +167,13 @@ void Radio::turn() {
 
 void Radio::hand_out_applied() {
   std::shared_ptr<const Record> record;
-  while (node_->next_applied(record)) listener_.applied(std::move(record));
+  while (node_->next_applied(record)) {
+    RecordTally& tally = records_[record->id.log.robot];
+    const std::size_t kind = record->kind < RecordTally::kKinds ? record->kind : 0;
+    ++tally.records[kind];
+    tally.bytes[kind] += record->body.size();
+    listener_.applied(std::move(record));
+  }
 }
 
 void Radio::receive_some() {

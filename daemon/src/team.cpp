@@ -74,6 +74,11 @@ TeamView Team::view() const {
   return view_;
 }
 
+LinkTally Team::links() const {
+  const std::lock_guard lock(mutex_);
+  return links_;
+}
+
 Team::Inbox Team::take(bool wait) {
   std::unique_lock lock(mutex_);
   // Some work becomes due by time alone.
@@ -94,7 +99,12 @@ void Team::apply_all(Inbox inbox, Instant arrived) {
 }
 
 void Team::hand_out() {
-  for (const mapping::TeamEvent& event : map_.take_events()) say(event, log_);
+  for (const mapping::TeamEvent& event : map_.take_events()) {
+    say(event, log_);
+    if (told_) told_(event);
+    const std::lock_guard lock(mutex_);
+    links_.add(event);
+  }
   for (mapping::TeamRecord& record : map_.take_records()) publish_({record.lane, record.kind, std::move(record.body)});
 }
 

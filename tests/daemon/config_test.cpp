@@ -186,6 +186,9 @@ TEST_F(ConfigFile, TheExampleCarriesEveryValue) {
   all.lost_after_s = 77;
   all.peer_wait_s = 0;
   all.matches_picture = 9;
+  all.control_socket = "c.sock";
+  all.control_tcp = "127.0.0.1:4680";
+  all.control_metrics = "[::1]:9464";
   all.mapper.features = mapping::DescriptorKind::orb;
   all.mapper.max_features = 51;
   all.mapper.max_keyframes = 11;

@@ -7,6 +7,8 @@
 #include "daemon/cameras.hpp"
 #include "daemon/capture.hpp"
 #include "daemon/config.hpp"
+#include "daemon/control/control.hpp"
+#include "daemon/event_loop.hpp"
 #include "daemon/harvest.hpp"
 #include "daemon/kept_map.hpp"
 #include "daemon/log.hpp"
@@ -25,7 +27,7 @@ namespace onemap::daemon {
 
 // One robot, in a team or alone (then it is a team of one, without a socket): camera -> capture -> pipeline -> records
 // -> radio and team -> outputs. The parts start in this order's reverse, so that nobody speaks to somebody who is not
-// there yet, and stop in this order.
+// there yet, and stop in this order. The main thread turns one event loop: signals, timers, control.
 class App {
  public:
   App(Config config, Log& log, std::span<const hal::Backend> cameras = camera_backends());
@@ -41,12 +43,15 @@ class App {
   enum class End { done, stopped, failed };
   Status open_camera();
   Status open_rest();
+  Status open_control();
+  RobotFacts facts() const;
   Status open_team();
   OutgoingRecord greeting() const;
   void start();
-  bool stopped_by(StopSignals& signals);
-  End work(StopSignals& signals);
   bool quick() const { return asked_to_stop_ && config_.quick_stop; }
+  Status open_loop(StopSignals& signals);
+  void take_signals(StopSignals& signals);
+  End work();
   void stop();
   void open_kept_map();
   void keep_map(const Harvest& harvest);
@@ -66,8 +71,12 @@ class App {
   const std::span<const hal::Backend> cameras_;
   std::function<void()> reload_;
   Service service_;
+  std::unique_ptr<EventLoop> loop_;
+  std::unique_ptr<Control> control_;  // threads tell it what happens, so it outlives them
+  Instant began_{};
   Failures failures_;
   std::unique_ptr<hal::DepthCamera> camera_;
+  CameraFacts camera_facts_;  // as it was opened: the camera itself is the capture thread's
   std::uint64_t frames_expected_ = 0;
   std::unique_ptr<Team> team_;
   std::unique_ptr<Radio> radio_;

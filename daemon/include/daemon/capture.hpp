@@ -31,6 +31,7 @@ class Capture {
   void stop();  // no more frames; what is queued may still be taken
   BlockingQueue<hal::Frame>& frames() { return queue_; }
   bool ended() const { return ended_; }  // the stream came to its end by itself
+  bool away() const { return away_; }    // the camera is gone, and waited for
   CaptureCounters counters() const;
   const Heartbeat& heartbeat() const { return heartbeat_; }
 
@@ -47,7 +48,7 @@ class Capture {
   BlockingQueue<hal::Frame> queue_;
   const bool live_;  // has its own pace
   std::atomic<std::uint64_t> grabbed_ = 0, bad_ = 0, gone_ = 0;
-  bool away_ = false;  // the camera, as the log has it
+  std::atomic<bool> away_ = false;  // the camera, as the log has it
   std::atomic<bool> ended_ = false;
   bool stopping_ = false;  // with mutex_
   std::mutex mutex_;

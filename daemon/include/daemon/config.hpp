@@ -44,6 +44,9 @@ struct Config {
   mapping::FindPairs find_pairs = mapping::FindPairs::by_index;
   // Key (SECTION.NAME) -> where its value is from: FILE:LINE or the command line. What is not here has its default.
   std::map<std::string, std::string> origins;
+  std::string control_socket;   // path; empty: where control::default_socket() says
+  std::string control_tcp;      // ADDR:PORT of loopback, read-only; empty: none
+  std::string control_metrics;  // ADDR:PORT of loopback, HTTP; empty: none
 
   bool alone() const { return listen.empty() && peers.empty() && group.empty(); }
 };

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "daemon/heartbeat.hpp"
+#include "daemon/link_tally.hpp"
 #include "daemon/log.hpp"
 #include "daemon/outgoing.hpp"
 #include "daemon/worker.hpp"
@@ -29,6 +30,8 @@ class Team {
   Team(const Team&) = delete;
   Team& operator=(const Team&) = delete;
 
+  // Told of everything that happens in the team, on the team's thread: must be quick. Before start().
+  void on_event(std::function<void(const mapping::TeamEvent&)> told) { told_ = std::move(told); }
   void start();
   // Whatever is being done; the map that was being built gets so long.
   static constexpr Duration kForTheMap = std::chrono::milliseconds(1500);
@@ -43,6 +46,7 @@ class Team {
   void ask(std::function<void(mapping::TeamMap&)> question);
   TeamView view() const;
   const Heartbeat& heartbeat() const { return heartbeat_; }
+  LinkTally links() const;                              // any thread
   const mapping::TeamMap& map() const { return map_; }  // after stop()
 
  private:
@@ -64,11 +68,13 @@ class Team {
   Failures& failures_;
   Log& log_;
   const Publish publish_;
+  std::function<void(const mapping::TeamEvent&)> told_;
   mapping::TeamMap map_;
-  mutable std::mutex mutex_;  // of inbox_ and view_
+  mutable std::mutex mutex_;  // of inbox_, view_ and links_
   std::condition_variable wake_;
   Inbox inbox_;
   TeamView view_;
+  LinkTally links_;
   std::atomic<bool> stopping_ = false;
   std::atomic<std::int64_t> for_the_map_ns_ = Duration(kForTheMap).count();
   Heartbeat heartbeat_;
