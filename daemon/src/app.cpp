@@ -9,6 +9,7 @@
 
 #include "daemon/clock.hpp"
 #include "daemon/control/replies.hpp"
+#include "daemon/control/team_actions.hpp"
 #include "daemon/harvest.hpp"
 #include "hal/base/text.hpp"
 #include "mapping/records/hello.hpp"
@@ -164,7 +165,7 @@ Status App::open_control() {
   began_ = now();
   const Control::Sources sources{[this] { return facts(); },
                                  [this](const PoseNow& pose) { return map_correction(team_->view(), pose); }};
-  control_ = std::make_unique<Control>(*loop_, sources, ControlActions{}, log_);
+  control_ = std::make_unique<Control>(*loop_, sources, team_actions(*team_), log_);
   pipeline_->on_pose([this](const PoseNow& pose) { control_->pose(pose); });
   team_->on_event([this](const mapping::TeamEvent& event) { control_->event(event); });
   return control_->open(config_, ONEMAP_VERSION);

@@ -36,6 +36,13 @@ struct AsJson {
             {"inliers", link.inliers},
             {"error_mm", link.error_um * 1e-3}};
   }
+  Json operator()(const mapping::PairRuled& e) const {
+    return {{"event", "pair_ruled"},
+            {"a", e.ruling.a.robot.name()},
+            {"b", e.ruling.b.robot.name()},
+            {"by", e.by.name()},
+            {"apart", e.ruling.apart}};
+  }
   Json operator()(const mapping::RecordRefused& e) const {
     return {{"event", "record_refused"},
             {"robot", e.id.log.robot.name()},
