@@ -9,6 +9,7 @@ int main(int argc, char** argv) {
     if (!options.value) return end(options);
     Log log(options.value->id);
     App app(std::move(*options.value), log);
+    app.on_reload([&] { app.reload(reload_config(arguments)); });
     return static_cast<int>(app.run(signals));
   });
 }

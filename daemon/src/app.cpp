@@ -4,13 +4,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <thread>
 
 #include "daemon/clock.hpp"
 #include "daemon/control/replies.hpp"
 #include "daemon/control/team_actions.hpp"
-#include "daemon/harvest.hpp"
+#include "daemon/reload.hpp"
 #include "hal/base/text.hpp"
 #include "mapping/records/hello.hpp"
 
@@ -21,7 +22,9 @@ constexpr auto kTick = std::chrono::milliseconds(50);
 constexpr auto kStatusInterval = std::chrono::milliseconds(250);
 constexpr auto kSayInterval = std::chrono::seconds(10);
 constexpr auto kStuckPatience = std::chrono::seconds(5);
-constexpr auto kLastWords = std::chrono::seconds(2);  // for neighbours to take control and pose records at the end
+constexpr Duration kLastWords = std::chrono::seconds(2);  // for neighbours to take control and pose records at the end
+
+constexpr Duration kQuick = std::chrono::milliseconds(300);  // for each of the above, when the end must be soon
 
 Duration seconds(double s) { return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s)); }
 
@@ -43,29 +46,42 @@ std::string names(const std::set<RobotId>& robots) {
 }  // namespace
 
 App::App(Config config, Log& log, std::span<const hal::Backend> cameras)
-    : config_(std::move(config)), log_(log), cameras_(cameras) {}
+    : config_(std::move(config)), log_(log), cameras_(cameras), service_(log) {}
 
 Exit App::run(StopSignals& signals) {
-  if (auto status = guarded("camera", [this] { return open_camera(); }); !status) {
-    log_.error("{}", status.error().text());
-    return Exit::failed;
-  }
-  if (auto status = guarded("start", [this] { return open_rest(); }); !status) {
-    log_.error("{}", status.error().text());
-    return Exit::failed;
-  }
-  if (auto status = guarded("control", [&] { return open_loop(signals); }); !status) {
-    log_.error("{}", status.error().text());
-    return Exit::failed;
-  }
+  for (const auto& [place, open] : std::initializer_list<std::pair<const char*, std::function<Status()>>>{
+           {"camera", [this] { return open_camera(); }},
+           {"start", [this] { return open_rest(); }},
+           {"control", [&] { return open_loop(signals); }}})
+    if (auto status = guarded(place, open); !status) return failed_to_start(status.error());
   start();
+  service_.ready();
   const End end = work();
   control_->close();
   stop();
   Harvest harvest(config_, {*capture_, *pipeline_, *team_, *radio_, standing_.agreed, peak_rss_mb_}, log_);
-  Status written = harvest.write();
+  keep_map(harvest);
+  Status written = harvest.write(quick() ? Harvest::Extent::quick : Harvest::Extent::everything);
   if (auto status = write_status(config_.out + "/status.json", this->status()); !status && written) written = status;
   return verdict(end, written);
+}
+
+Exit App::failed_to_start(const Error& error) {
+  log_.error("{}", error.text());
+  service_.failed(error);
+  return Exit::failed;
+}
+
+void App::reload(const Result<Config>& loaded) {
+  service_.reloading(now());
+  if (loaded) {
+    const ReloadPlan plan = plan_reload(config_, *loaded);
+    apply_reload(plan, *loaded, config_);
+    log_.line("configuration read again: {}", to_text(plan));
+  } else {
+    log_.line("{}", loaded.error().text());
+  }
+  service_.ready();
 }
 
 Status App::open_camera() {
@@ -81,6 +97,7 @@ Status App::open_camera() {
 
 Status App::open_rest() {
   if (auto status = make_folder(config_.out); !status) return status;
+  open_kept_map();
   if (auto status = open_team(); !status) return status;
   capture_ = std::make_unique<Capture>(*camera_, config_.speed, failures_, log_);
   Outbox outbox;
@@ -117,6 +134,26 @@ Status App::open_team() {
   return success();
 }
 
+// The map of an earlier life is for people: the robot finds itself in what its neighbours hold.
+void App::open_kept_map() {
+  kept_map_.emplace(config_.out);
+  const auto kept = kept_map_->open();
+  if (!kept)
+    log_.line("{}", kept.error().text());
+  else if (*kept)
+    log_.line("the last map of an earlier life is {}", (*kept)->file);
+}
+
+void App::keep_map(const Harvest& harvest) {
+  const std::uint64_t digest = team_->view().digest;
+  if (kept_map_->kept() && kept_map_->kept()->digest == digest) return;
+  const Status kept = guarded("settled map", [&] {
+    const auto map = harvest.saved_map();
+    return map ? kept_map_->keep(digest, *map, now()) : success();
+  });
+  if (!kept) log_.line("the settled map is not kept: {}", kept.error().text());
+}
+
 OutgoingRecord App::greeting() const {
   const mapping::HelloRecord hello{config_.id, printable(printable(config_.camera).substr(0, 180))};
   return {mapping::Lane::control, mapping::RecordKind::hello, encode(hello)};
@@ -131,18 +168,20 @@ void App::start() {
 }
 
 void App::stop() {
+  service_.stopping();
   if (!pipeline_->progress().finished) pipeline_->abandon();
   capture_->stop();
   pipeline_->join();
   if (config_.alone()) await_map();
-  team_->stop();
-  radio_->stop(kLastWords);
+  team_->stop(quick() ? kQuick : Team::kForTheMap);
+  radio_->stop(quick() ? kQuick : kLastWords);
   peak_rss_mb_ = daemon::peak_rss_mb();
 }
 
 // Nobody else's records are missing: the map is soon there.
 void App::await_map() {
-  for (const Instant end = now() + kLastWords; now() < end && !team_->view().settled && !failures_.any();)
+  for (const Instant end = now() + (quick() ? kQuick : kLastWords);
+       now() < end && !team_->view().settled && !failures_.any();)
     std::this_thread::sleep_for(kTick / 5);
   take_standing(now());
 }
@@ -226,10 +265,18 @@ void App::tick() {
     finished_at_ = t;
   }
   take_standing(t);
+  watch(t);
   if (t - status_at_ < kStatusInterval) return;
   status_at_ = t;
-  if (auto written = write_status(config_.out + "/status.json", status()); !written)
+  const DaemonStatus s = status();
+  service_.show(s, t);
+  if (auto written = write_status(config_.out + "/status.json", s); !written)
     log_.limited("status", "{}", written.error().text());
+}
+
+void App::watch(Instant now) {
+  const std::array hearts{&capture_->heartbeat(), &pipeline_->heartbeat(), &team_->heartbeat(), &radio_->heartbeat()};
+  service_.watch(hearts, now);
 }
 
 void App::take_standing(Instant now) {

@@ -8,6 +8,7 @@ namespace {
 constexpr std::size_t kQueued = 3;
 constexpr std::size_t kFrames = kQueued + 2;  // one being filled, one being processed: the pool never runs dry
 constexpr auto kPatience = std::chrono::milliseconds(100);
+constexpr auto kStuckAfter = std::chrono::seconds(20);  // a driver may take its time to open a camera that came back
 }  // namespace
 
 Capture::Capture(hal::DepthCamera& camera, Speed speed, Failures& failures, Log& log)
@@ -17,7 +18,8 @@ Capture::Capture(hal::DepthCamera& camera, Speed speed, Failures& failures, Log&
       log_(log),
       pool_(camera.intrinsics(), kFrames),
       queue_(kQueued),
-      live_(camera.live()) {}
+      live_(camera.live()),
+      heartbeat_("capture", kStuckAfter) {}
 
 Capture::~Capture() { stop(); }
 
@@ -43,7 +45,9 @@ void Capture::run() {
       if (stopping_) break;
     }
     hal::Frame frame = pool_.acquire();
+    heartbeat_.beat(now());
     const hal::Grab grab = camera_.grab(frame, kPatience);
+    heartbeat_.rest();  // for the pace and the pipeline it waits as long as they want
     if (grab == hal::Grab::end) {
       ended_ = true;
       break;

@@ -31,19 +31,29 @@ void Harvest::keep(const Status& status) {
   if (first_) first_ = status;
 }
 
-Status Harvest::write() {
+Status Harvest::write(Extent extent) {
   say_costs();
   keep(guarded("trajectories", [this] { return write_trajectories(); }));
   keep(guarded("pose graph", [this] { return write_graph(); }));
+  if (extent == Extent::everything) write_what_takes_long();
+  // The report comes last: who finds it finds everything else.
+  keep(guarded("report", [this] { return write_text_file(config_.out + "/report.json", to_json(report())); }));
+  return first_;
+}
+
+void Harvest::write_what_takes_long() {
   if (!config_.alone())
     keep(guarded("team picture", [this] {
       return render::write_png(config_.out + "/team.png", draw_team(team_picture(from_.team.map())));
     }));
   keep(guarded("floor plan", [this] { return write_plan(); }));
   keep(guarded("pictures", [this] { return draw(); }));
-  // The report comes last: who finds it finds everything else.
-  keep(guarded("report", [this] { return write_text_file(config_.out + "/report.json", to_json(report())); }));
-  return first_;
+}
+
+std::optional<std::vector<std::uint8_t>> Harvest::saved_map() const {
+  const mapping::SolutionRecord* solution = from_.team.map().solution();
+  if (solution == nullptr || from_.team.map().map() == nullptr) return std::nullopt;
+  return solved_picture("", "the last map of " + config_.id, *solution).map;
 }
 
 Status Harvest::draw() {

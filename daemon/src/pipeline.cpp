@@ -13,6 +13,7 @@ constexpr std::uint64_t kShortChain = 10;     // keyframes
 constexpr std::uint64_t kLookEach = 15;       // frames
 constexpr std::size_t kMostPoses = 1u << 20;  // 38 MB; of a longer way every second, fourth, ... is written
 constexpr auto kLongestPatience = std::chrono::minutes(5);
+constexpr auto kStuckAfter = std::chrono::seconds(10);  // a frame, or one piece handed over
 
 Duration new_chain_after(const Config& config) {
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(config.new_chain_after_s));
@@ -29,7 +30,8 @@ Pipeline::Pipeline(const Config& config, const hal::Intrinsics& intrinsics, Bloc
       log_(log),
       publisher_(config.mapper, config.speed.max ? Publisher::WhenFull::wait : Publisher::WhenFull::later,
                  std::move(outbox), failures),
-      patience_(new_chain_after(config)) {
+      patience_(new_chain_after(config)),
+      heartbeat_("pipeline", kStuckAfter) {
   make_mapper();
   if (config.matches_picture > 0) matches_.emplace(config.out + "/matches", config.matches_picture);
 }
@@ -99,12 +101,16 @@ void Pipeline::begin_chain(FrameTime lost) {
 void Pipeline::run() {
   while (auto frame = frames_.pop()) {
     if (abandoned_) break;
+    heartbeat_.beat(now());
     process(frame->view());
+    heartbeat_.rest();
   }
+  heartbeat_.beat(now());
   seal_all();
   publisher_.finish(static_cast<std::uint32_t>(frames_done_ - frames_before_));
   publisher_.join();
   finished_ = true;
+  heartbeat_.rest();
 }
 
 void Pipeline::process(const hal::FrameView& frame) {
@@ -187,8 +193,8 @@ void Pipeline::log_change(const hal::FrameView& frame, const mapping::FrameRepor
     log_.limited("lost", "tracking lost at frame {}: {} (features {}, matches {}, inliers {})", frame.index,
                  to_string(report.reason), report.features, report.matches, report.inliers);
   } else if (report.state == TrackState::tracking && last_state_ == TrackState::lost) {
-    log_.limited(Level::info, "resumed", "tracking resumed at frame {} against keyframe {} after {} frames", frame.index,
-                 report.reference_keyframe, frame.index - lost_since_);
+    log_.limited(Level::info, "resumed", "tracking resumed at frame {} against keyframe {} after {} frames",
+                 frame.index, report.reference_keyframe, frame.index - lost_since_);
   }
   last_state_ = report.state;
 }
@@ -230,6 +236,7 @@ void Pipeline::drain() {
 }
 
 bool Pipeline::hand_over(Publisher::Sealed* sealed, bool taken) {
+  heartbeat_.beat(now());
   if (taken)
     publisher_.publish(sealed);
   else

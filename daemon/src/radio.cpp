@@ -15,6 +15,7 @@ constexpr int kDatagramsAtOnce = 64;
 constexpr auto kLongestSleep = std::chrono::milliseconds(100);
 constexpr auto kLookInterval = std::chrono::milliseconds(50);
 constexpr auto kFinishRetry = std::chrono::seconds(1);
+constexpr auto kStuckAfter = std::chrono::seconds(10);
 constexpr unsigned kMostNewLives = 3;  // neighbours that say more often that we are outlived are wrong
 
 Result<comms::NodeConfig> node_config(const Config& config) {
@@ -76,7 +77,8 @@ Radio::Radio(const Config& config, comms::NodeConfig node, LifeCounter life, std
       node_config_(std::move(node)),
       store_(config.store_budget_bytes),
       port_(std::move(port)),
-      node_(std::make_unique<comms::Node>(node_config_, store_)) {}
+      node_(std::make_unique<comms::Node>(node_config_, store_)),
+      heartbeat_("radio", kStuckAfter) {}
 
 Radio::~Radio() { stop(); }
 
@@ -129,12 +131,14 @@ RadioView Radio::view() const {
 
 void Radio::run() {
   while (!over(now())) {
+    heartbeat_.beat(now());
     turn();
     const Duration sleep = std::min<Duration>(node_->next_deadline() - now(), kLongestSleep);
     if (sleep > Duration::zero()) port_->wait(sleep);
   }
   turn();
   update_view(now());
+  heartbeat_.rest();
 }
 
 bool Radio::over(Instant now) {

@@ -1,6 +1,7 @@
 #pragma once
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "daemon/cameras.hpp"
@@ -8,11 +9,14 @@
 #include "daemon/config.hpp"
 #include "daemon/control/control.hpp"
 #include "daemon/event_loop.hpp"
+#include "daemon/harvest.hpp"
+#include "daemon/kept_map.hpp"
 #include "daemon/log.hpp"
 #include "daemon/map_agreement.hpp"
 #include "daemon/options.hpp"
 #include "daemon/pipeline.hpp"
 #include "daemon/radio.hpp"
+#include "daemon/service.hpp"
 #include "daemon/signals.hpp"
 #include "daemon/standing.hpp"
 #include "daemon/status.hpp"
@@ -32,6 +36,8 @@ class App {
   Exit run(StopSignals& signals);
   // What SIGHUP does while it works, on the main thread; without it SIGHUP stops. Before run().
   void on_reload(std::function<void()> reload) { reload_ = std::move(reload); }
+  // Main thread, while it runs: takes over what can change, says what cannot, and why a configuration is not taken.
+  void reload(const Result<Config>& loaded);
 
  private:
   enum class End { done, stopped, failed };
@@ -42,27 +48,32 @@ class App {
   Status open_team();
   OutgoingRecord greeting() const;
   void start();
+  bool quick() const { return asked_to_stop_ && config_.quick_stop; }
   Status open_loop(StopSignals& signals);
   void take_signals(StopSignals& signals);
   End work();
   void stop();
+  void open_kept_map();
+  void keep_map(const Harvest& harvest);
   void await_map();
   Exit verdict(End end, const Status& written);
+  Exit failed_to_start(const Error& error);
   void tick();
+  void watch(Instant now);
   void take_standing(Instant now);
   void say_waiting(Instant now);
   bool done() const;
   bool lingered(Instant now) const;
   DaemonStatus status() const;
 
-  const Config config_;
+  Config config_;  // after the start only the main thread writes it, and only what no other reads (reload.hpp)
   Log& log_;
   const std::span<const hal::Backend> cameras_;
   std::function<void()> reload_;
+  Service service_;
   std::unique_ptr<EventLoop> loop_;
   std::unique_ptr<Control> control_;  // threads tell it what happens, so it outlives them
   Instant began_{};
-  bool asked_to_stop_ = false;
   Failures failures_;
   std::unique_ptr<hal::DepthCamera> camera_;
   CameraFacts camera_facts_;  // as it was opened: the camera itself is the capture thread's
@@ -74,7 +85,8 @@ class App {
   Standing standing_;
   MapAgreement map_agreement_;
   Instant finished_at_{}, agreed_at_{}, stuck_at_{}, status_at_{}, said_at_{};
-  bool finished_ = false;
+  bool finished_ = false, asked_to_stop_ = false;
+  std::optional<KeptMap> kept_map_;
   double peak_rss_mb_ = 0;
 };
 

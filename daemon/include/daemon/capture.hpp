@@ -4,6 +4,7 @@
 #include <mutex>
 
 #include "daemon/config.hpp"
+#include "daemon/heartbeat.hpp"
 #include "daemon/log.hpp"
 #include "daemon/worker.hpp"
 #include "hal/base/bounded_queue.hpp"
@@ -32,6 +33,7 @@ class Capture {
   bool ended() const { return ended_; }  // the stream came to its end by itself
   bool away() const { return away_; }    // the camera is gone, and waited for
   CaptureCounters counters() const;
+  const Heartbeat& heartbeat() const { return heartbeat_; }
 
  private:
   void run();
@@ -54,6 +56,7 @@ class Capture {
   bool paced_ = false;  // the first frame set the pace's origin
   Instant origin_{};
   FrameTime origin_frame_{};
+  Heartbeat heartbeat_;
   Worker thread_;
 };
 

@@ -8,6 +8,8 @@
 
 #include "daemon/config.hpp"
 #include "daemon/depth_sense.hpp"
+#include "daemon/heartbeat.hpp"
+#include "daemon/latency.hpp"
 #include "daemon/log.hpp"
 #include "daemon/match_pictures.hpp"
 #include "daemon/outgoing.hpp"
@@ -62,6 +64,7 @@ class Pipeline {
   void join();
   PipelineProgress progress() const;
   PoseNow pose() const;
+  const Heartbeat& heartbeat() const { return heartbeat_; }
   PipelineView view() const;
   // Told after every frame, on the work thread: must be quick. Before start().
   void on_pose(std::function<void(const PoseNow&)> told) { told_ = std::move(told); }
@@ -123,6 +126,7 @@ class Pipeline {
   std::atomic<std::uint64_t> frames_done_ = 0, tracked_ = 0, keyframes_ = 0, blocks_refused_ = 0;
   bool ending_ = false;  // what is left is handed over, however long that takes
   std::atomic<bool> finished_ = false, abandoned_ = false;
+  Heartbeat heartbeat_;
   Worker thread_;
 };
 

@@ -14,6 +14,7 @@
 #include "comms/node.hpp"
 #include "comms/udp/udp_port.hpp"
 #include "daemon/config.hpp"
+#include "daemon/heartbeat.hpp"
 #include "daemon/life.hpp"
 #include "daemon/log.hpp"
 #include "daemon/outgoing.hpp"
@@ -73,6 +74,7 @@ class Radio {
   void say(std::uint64_t map_digest, bool finished);  // any thread: what neighbours and beacons hear
   void leave_out(std::set<RobotId> gone);             // any thread: agreement does not wait for these
   RadioView view() const;
+  const Heartbeat& heartbeat() const { return heartbeat_; }
   std::uint64_t incarnation() const { return life_.number(); }  // before start()
   std::string local() const { return comms::to_string(port_->local()); }
 
@@ -126,6 +128,7 @@ class Radio {
   Instant looked_{};
   std::atomic<bool> stopping_ = false;
   std::atomic<std::int64_t> linger_until_ns_ = 0;
+  Heartbeat heartbeat_;
   Worker thread_;
 };
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "daemon/heartbeat.hpp"
 #include "daemon/link_tally.hpp"
 #include "daemon/log.hpp"
 #include "daemon/outgoing.hpp"
@@ -32,7 +33,9 @@ class Team {
   // Told of everything that happens in the team, on the team's thread: must be quick. Before start().
   void on_event(std::function<void(const mapping::TeamEvent&)> told) { told_ = std::move(told); }
   void start();
-  void stop();                                       // within two seconds, whatever is being done
+  // Whatever is being done; the map that was being built gets so long.
+  static constexpr Duration kForTheMap = std::chrono::milliseconds(1500);
+  void stop(Duration for_the_map = kForTheMap);
   void apply(std::shared_ptr<const Record> record);  // from the radio; the store bounds how much can wait
   // From the radio: this robot goes on under this number. repeats: its records come again, and those of the life before
   // do not count.
@@ -42,6 +45,7 @@ class Team {
   // Any thread: asked on the team's thread, between two pieces of its work, which take up to seconds.
   void ask(std::function<void(mapping::TeamMap&)> question);
   TeamView view() const;
+  const Heartbeat& heartbeat() const { return heartbeat_; }
   LinkTally links() const;                              // any thread
   const mapping::TeamMap& map() const { return map_; }  // after stop()
 
@@ -72,6 +76,8 @@ class Team {
   TeamView view_;
   LinkTally links_;
   std::atomic<bool> stopping_ = false;
+  std::atomic<std::int64_t> for_the_map_ns_ = Duration(kForTheMap).count();
+  Heartbeat heartbeat_;
   Worker thread_;
 };
 
