@@ -79,7 +79,7 @@ void App::reload(const Result<Config>& loaded) {
     apply_reload(plan, *loaded, config_);
     log_.line("configuration read again: {}", to_text(plan));
   } else {
-    log_.line("{}", loaded.error().text());
+    log_.error("{}; the configuration stays as it was", loaded.error().text());
   }
   service_.ready();
 }
@@ -139,7 +139,7 @@ void App::open_kept_map() {
   kept_map_.emplace(config_.out);
   const auto kept = kept_map_->open();
   if (!kept)
-    log_.line("{}", kept.error().text());
+    log_.warn("{}", kept.error().text());
   else if (*kept)
     log_.line("the last map of an earlier life is {}", (*kept)->file);
 }
@@ -151,7 +151,7 @@ void App::keep_map(const Harvest& harvest) {
     const auto map = harvest.saved_map();
     return map ? kept_map_->keep(digest, *map, now()) : success();
   });
-  if (!kept) log_.line("the settled map is not kept: {}", kept.error().text());
+  if (!kept) log_.warn("the settled map is not kept: {}; the one before stays", kept.error().text());
 }
 
 OutgoingRecord App::greeting() const {
@@ -303,7 +303,7 @@ void App::take_standing(Instant now) {
 void App::say_waiting(Instant now) {
   if (!finished_ || standing_.waiting.empty() || now - std::max(said_at_, finished_at_) < kSayInterval) return;
   said_at_ = now;
-  log_.line("{}", standing_.waiting);
+  log_.warn("{}", standing_.waiting);
 }
 
 bool App::lingered(Instant now) const {
