@@ -10,6 +10,7 @@
 
 #include "daemon/clock.hpp"
 #include "daemon/control/replies.hpp"
+#include "daemon/control/team_actions.hpp"
 #include "daemon/reload.hpp"
 #include "hal/base/text.hpp"
 #include "mapping/records/hello.hpp"
@@ -78,7 +79,7 @@ void App::reload(const Result<Config>& loaded) {
     apply_reload(plan, *loaded, config_);
     log_.line("configuration read again: {}", to_text(plan));
   } else {
-    log_.line("{}", loaded.error().text());
+    log_.error("{}; the configuration stays as it was", loaded.error().text());
   }
   service_.ready();
 }
@@ -138,7 +139,7 @@ void App::open_kept_map() {
   kept_map_.emplace(config_.out);
   const auto kept = kept_map_->open();
   if (!kept)
-    log_.line("{}", kept.error().text());
+    log_.warn("{}", kept.error().text());
   else if (*kept)
     log_.line("the last map of an earlier life is {}", (*kept)->file);
 }
@@ -150,7 +151,7 @@ void App::keep_map(const Harvest& harvest) {
     const auto map = harvest.saved_map();
     return map ? kept_map_->keep(digest, *map, now()) : success();
   });
-  if (!kept) log_.line("the settled map is not kept: {}", kept.error().text());
+  if (!kept) log_.warn("the settled map is not kept: {}; the one before stays", kept.error().text());
 }
 
 OutgoingRecord App::greeting() const {
@@ -203,7 +204,7 @@ Status App::open_control() {
   began_ = now();
   const Control::Sources sources{[this] { return facts(); },
                                  [this](const PoseNow& pose) { return map_correction(team_->view(), pose); }};
-  control_ = std::make_unique<Control>(*loop_, sources, ControlActions{}, log_);
+  control_ = std::make_unique<Control>(*loop_, sources, team_actions(*team_), log_);
   pipeline_->on_pose([this](const PoseNow& pose) { control_->pose(pose); });
   team_->on_event([this](const mapping::TeamEvent& event) { control_->event(event); });
   return control_->open(config_, ONEMAP_VERSION);
@@ -302,7 +303,7 @@ void App::take_standing(Instant now) {
 void App::say_waiting(Instant now) {
   if (!finished_ || standing_.waiting.empty() || now - std::max(said_at_, finished_at_) < kSayInterval) return;
   said_at_ = now;
-  log_.line("{}", standing_.waiting);
+  log_.warn("{}", standing_.waiting);
 }
 
 bool App::lingered(Instant now) const {

@@ -80,7 +80,7 @@ TEST(TeamWords, AMapSaysWhatItIsMadeOfAndWhatItLacks) {
   fused.submaps_left_out = 2;
   const std::string full = said(fused);
   EXPECT_THAT(full, HasSubstr("interim map"));
-  EXPECT_THAT(full, HasSubstr("the global map is full: 5 times a block found no room (global_budget_mb)"));
+  EXPECT_THAT(full, HasSubstr("the global map is full: 5 times a block found no room; raise map.global_budget_mb"));
   EXPECT_THAT(full, HasSubstr("2 submaps are left out"));
   EXPECT_EQ(said(mapping::MapSettled{0xabc, 900, 0}), "");
   EXPECT_THAT(said(mapping::MapSettled{0xabc, 0, 7}),
