@@ -10,7 +10,9 @@
 #include "daemon/options.hpp"
 #include "daemon/pipeline.hpp"
 #include "daemon/radio.hpp"
+#include "daemon/recorder.hpp"
 #include "daemon/signals.hpp"
+#include "daemon/snapshots.hpp"
 #include "daemon/standing.hpp"
 #include "daemon/status.hpp"
 #include "daemon/team.hpp"
@@ -40,6 +42,7 @@ class App {
   void await_map();
   Exit verdict(End end, const Status& written);
   void tick();
+  void note_status(const Status& written);
   void take_standing(Instant now);
   void say_waiting(Instant now);
   bool done() const;
@@ -54,12 +57,14 @@ class App {
   std::uint64_t frames_expected_ = 0;
   std::unique_ptr<Team> team_;
   std::unique_ptr<Radio> radio_;
+  std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<Capture> capture_;
+  std::unique_ptr<Snapshots> snapshots_;
   std::unique_ptr<Pipeline> pipeline_;  // takes from the capture's queue, so it goes first
   Standing standing_;
   MapAgreement map_agreement_;
   Instant finished_at_{}, agreed_at_{}, stuck_at_{}, status_at_{}, said_at_{};
-  bool finished_ = false;
+  bool finished_ = false, status_written_ = true;
   double peak_rss_mb_ = 0;
 };
 

@@ -83,6 +83,7 @@ class Radio {
   void hand_out_applied();
   void log_neighbours();
   void log_refusals();
+  void log_network();
   void log_conflict(Instant now);
   void update_view(Instant now);
 
@@ -112,6 +113,8 @@ class Radio {
   std::uint64_t said_digest_ = 0;  // as the node has it
   std::map<RobotId, bool> alive_;  // as last logged
   std::array<std::uint64_t, comms::kRefusalCount> logged_refusals_{};
+  std::uint64_t sends_ = 0, sends_failed_ = 0, failed_before_ = 0;  // datagrams; since the last look; before it
+  bool cut_off_ = false;                                            // nothing could be sent, as last logged
   Instant looked_{};
   std::atomic<bool> stopping_ = false;
   std::atomic<std::int64_t> linger_until_ns_ = 0;

@@ -1,6 +1,7 @@
 #pragma once
 #include <atomic>
 #include <condition_variable>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -36,6 +37,11 @@ class Team {
   // Any thread: when each robot was last known to live, and of whom every record that is known of is here.
   void presence(const std::map<RobotId, Instant>& last_sign, const std::set<RobotId>& records_complete);
   TeamView view() const;
+  // Any thread: calls look(map) on the team's thread, between two pieces of its work, again and again until it says
+  // that it has seen what it wanted. It must be quick: the team's work waits. What has not been called when the thread
+  // ends never is.
+  using Look = std::function<bool(const mapping::TeamMap&)>;
+  void look(Look look);
   const mapping::TeamMap& map() const { return map_; }  // after stop()
 
  private:
@@ -52,15 +58,17 @@ class Team {
   void apply_all(Inbox inbox, Instant arrived);
   void hand_out();
   void show();
+  void let_look();
 
   Failures& failures_;
   Log& log_;
   const Publish publish_;
   mapping::TeamMap map_;
-  mutable std::mutex mutex_;  // of inbox_ and view_
+  mutable std::mutex mutex_;  // of inbox_, view_ and looks_
   std::condition_variable wake_;
   Inbox inbox_;
   TeamView view_;
+  std::vector<Look> looks_;
   std::atomic<bool> stopping_ = false;
   Worker thread_;
 };
