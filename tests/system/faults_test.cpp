@@ -102,11 +102,11 @@ TEST_F(CameraFault, TimeThatGoesBackForGood) {
 class Walled {
  public:
   Walled(const TempFolder& folder, const std::string& walls, const std::string& first, const std::string& camera,
-         const std::string& more)
+         const std::string& more, const std::string& id = "robot")
       : out_(folder / "out"), log_(folder / "log.txt") {
     fs::create_directories(out_);
-    const std::string script = fmt::format("{}\nexec {}/onemapd --id robot --camera '{}' --out {} {}", first,
-                                           ONEMAP_BIN_DIR, camera, out_.string(), more);
+    const std::string script = fmt::format("{}\nexec {}/onemapd --id {} --camera '{}' --out {} {}", first,
+                                           ONEMAP_BIN_DIR, id, camera, out_.string(), more);
     auto child = daemon::ChildProcess::start("/usr/bin/unshare", {walls, "bash", "-e", "-c", script}, log_.string());
     if (child) process_.emplace(std::move(*child));
   }
@@ -128,9 +128,12 @@ class Walled {
   int within(const std::string& command) const {
     return test::say(fmt::format("nsenter -t {} -m -n sh -c '{}'", process_->pid(), command)).status;
   }
+  nlohmann::json status() const {
+    return nlohmann::json::parse(test::text_of(in_there("status.json")), nullptr, false);
+  }
   std::uint64_t frames() const {
-    const auto status = nlohmann::json::parse(test::text_of(in_there("status.json")), nullptr, false);
-    return status.is_object() ? status.value("frames", 0u) : 0;
+    const auto now = status();
+    return now.is_object() ? now.value("frames", 0u) : 0;
   }
   bool goes_on() {
     const auto before = frames();
@@ -213,6 +216,83 @@ TEST(Network, NoneAtAllIsWaitedForAndTheRobotMaps) {
   EXPECT_TRUE(robot.says("the network takes datagrams again")) << robot.log();
   EXPECT_TRUE(robot.goes_on());
   EXPECT_EQ(robot.stop(), 0) << robot.log();
+}
+
+// Two robots on one cable, in worlds of their own; one gets another address while they work.
+TEST(Network, AnAddressThatChangesIsFollowed) {
+  if (const auto missing = Walled::missing("-n"); !missing.empty()) GTEST_SKIP() << missing;
+  const TempFolder a_folder, b_folder;
+  const auto settings = [](const TempFolder& folder, const std::string& peer) {
+    folder.write("robot.toml", "[network]\nlisten = \"0.0.0.0:4600\"\npeers = [\"" + peer +
+                                   ":4600\"]\n[run]\nmerge_while_mapping_s = 1\n");
+    return "--config " + folder / "robot.toml";
+  };
+  const std::string wait = "until ip -4 -o addr show dev eth0 2>/dev/null | grep -q inet; do sleep 0.1; done";
+  const std::string walk = "simulated:living-room?seed=3&robots=2&frames=100000&robot=";
+  Walled a(a_folder, "-n", wait, walk + "1", settings(a_folder, "10.7.0.2"), "a");
+  Walled b(b_folder, "-n", wait, walk + "2", settings(b_folder, "10.7.0.1"), "b");
+  const std::string cable = fmt::format("om{}", getpid());
+  const auto plug = test::say(fmt::format(
+      "sleep 1; ip link add {0}a type veth peer name {0}b && ip link set {0}a netns {1} name eth0 && ip link set {0}b "
+      "netns {2} name eth0",
+      cable, a.process().pid(), b.process().pid()));
+  if (plug.status != 0) GTEST_SKIP() << "no cables between namespaces here: " << plug.output;
+  for (const auto& [robot, address] : {std::pair(&a, "10.7.0.1/24"), std::pair(&b, "10.7.0.2/24")})
+    ASSERT_EQ(robot->within(fmt::format("ip link set lo up; ip link set eth0 up; ip addr add {} dev eth0", address)),
+              0);
+  ASSERT_TRUE(b.says("neighbour a at 10.7.0.1:4600 is heard")) << b.log();
+  ASSERT_EQ(a.within("ip addr add 10.7.0.3/24 dev eth0; ip addr del 10.7.0.1/24 dev eth0; "
+                     "ip addr add 10.7.0.3/24 dev eth0; true"),
+            0);
+  const auto agree = [&] {
+    const auto one = a.status(), other = b.status();
+    return one.is_object() && other.is_object() && one.value("map_agreed", false) && other.value("map_agreed", false) &&
+           one.value("robots_in_map", 0) == 2 && one.value("map_digest", "") == other.value("map_digest", "x");
+  };
+  EXPECT_TRUE(test::wait_until(agree, 180s)) << a.log() << b.log();
+  const auto keyframes = b.status().value("keyframes", 0);
+  EXPECT_TRUE(test::wait_until([&] { return b.status().value("keyframes", 0) > keyframes + 2; }, 60s));
+  EXPECT_TRUE(test::wait_until(agree, 180s)) << "what is new comes, too" << a.log() << b.log();
+  EXPECT_EQ(a.stop(), 0) << a.log();
+  EXPECT_EQ(b.stop(), 0) << b.log();
+}
+
+// The wall clock says when something was; nothing waits by it.
+TEST(Clock, AWallClockThatJumpsByAnHourChangesNothing) {
+  if (!std::string(ONEMAP_SANITIZE).empty()) GTEST_SKIP() << "sanitizers want to be loaded before anything else";
+  const TempFolder folder;
+  const auto pa = test::free_port(), pb = test::free_port();
+  const auto arguments = [&](int number, const std::string& jump, int own, int other) {
+    const std::string id(1, static_cast<char>('a' + number - 1));
+    return std::vector<std::string>{"LD_PRELOAD=" ONEMAP_BIN_DIR "/clock_jump.so",
+                                    "CLOCK_JUMP_AFTER_S=4",
+                                    "CLOCK_JUMP_S=" + jump,
+                                    ONEMAP_BIN_DIR "/onemapd",
+                                    "--id",
+                                    id,
+                                    "--out",
+                                    folder / id,
+                                    "--camera",
+                                    fmt::format("simulated:living-room?seed=3&robots=2&frames=240&robot={}", number),
+                                    "--once",
+                                    "--listen",
+                                    fmt::format("127.0.0.1:{}", own),
+                                    "--peer",
+                                    fmt::format("127.0.0.1:{}", other)};
+  };
+  auto a = daemon::ChildProcess::start("/usr/bin/env", arguments(1, "3600", pa, pb), folder / "a.log");
+  auto b = daemon::ChildProcess::start("/usr/bin/env", arguments(2, "-3600", pb, pa), folder / "b.log");
+  ASSERT_TRUE(a && b);
+  for (auto* robot : {&*a, &*b}) {
+    EXPECT_TRUE(robot->wait(test::kPatience * 200s));
+    EXPECT_EQ(robot->exit_code(), 0);
+  }
+  for (const std::string name : {"a", "b"}) {
+    EXPECT_THAT(
+        test::text_of(folder / (name + ".log")),
+        AllOf(HasSubstr("all 2 robots hold the map"), Not(HasSubstr("fell silent")), Not(HasSubstr("not waited for"))));
+    EXPECT_GT(test::lines(folder / (name + "/trajectory.txt")), 150u);
+  }
 }
 
 }  // namespace
