@@ -10,6 +10,7 @@
 
 #include "daemon/clock.hpp"
 #include "daemon/control/replies.hpp"
+#include "daemon/control/team_actions.hpp"
 #include "daemon/reload.hpp"
 #include "hal/base/text.hpp"
 #include "mapping/records/hello.hpp"
@@ -78,7 +79,7 @@ void App::reload(const Result<Config>& loaded) {
     apply_reload(plan, *loaded, config_);
     log_.line("configuration read again: {}", to_text(plan));
   } else {
-    log_.line("{}", loaded.error().text());
+    log_.error("{}; the configuration stays as it was", loaded.error().text());
   }
   service_.ready();
 }
@@ -99,6 +100,10 @@ Status App::open_rest() {
   open_kept_map();
   if (auto status = open_team(); !status) return status;
   capture_ = std::make_unique<Capture>(*camera_, config_.speed, failures_, log_);
+  recorder_ = std::make_unique<Recorder>(recorder_config(config_), camera_->intrinsics(), camera_->description(),
+                                         truth_of(config_.camera), log_);
+  snapshots_ = std::make_unique<Snapshots>(config_, take_from(*team_), failures_, log_);
+  capture_->listen([this](const hal::FrameView& frame) { recorder_->offer(frame); });
   Outbox outbox;
   outbox.publish = [this](OutgoingRecord record) { radio_->publish(std::move(record)); };
   outbox.finish = [this](std::uint32_t frames) { radio_->finish(frames); };
@@ -138,7 +143,7 @@ void App::open_kept_map() {
   kept_map_.emplace(config_.out);
   const auto kept = kept_map_->open();
   if (!kept)
-    log_.line("{}", kept.error().text());
+    log_.warn("{}", kept.error().text());
   else if (*kept)
     log_.line("the last map of an earlier life is {}", (*kept)->file);
 }
@@ -150,7 +155,7 @@ void App::keep_map(const Harvest& harvest) {
     const auto map = harvest.saved_map();
     return map ? kept_map_->keep(digest, *map, now()) : success();
   });
-  if (!kept) log_.line("the settled map is not kept: {}", kept.error().text());
+  if (!kept) log_.warn("the settled map is not kept: {}; the one before stays", kept.error().text());
 }
 
 OutgoingRecord App::greeting() const {
@@ -163,6 +168,10 @@ void App::start() {
   team_->start();
   radio_->start();
   pipeline_->start();
+  snapshots_->start();
+  if (config_.record.start)
+    if (auto begun = recorder_->start(next_recording(config_.out)); !begun)
+      log_.line("not recording: {}", begun.error().text());
   capture_->start();
 }
 
@@ -170,6 +179,8 @@ void App::stop() {
   service_.stopping();
   if (!pipeline_->progress().finished) pipeline_->abandon();
   capture_->stop();
+  recorder_->stop();
+  snapshots_->stop();
   pipeline_->join();
   if (config_.alone()) await_map();
   team_->stop(quick() ? kQuick : Team::kForTheMap);
@@ -203,7 +214,7 @@ Status App::open_control() {
   began_ = now();
   const Control::Sources sources{[this] { return facts(); },
                                  [this](const PoseNow& pose) { return map_correction(team_->view(), pose); }};
-  control_ = std::make_unique<Control>(*loop_, sources, ControlActions{}, log_);
+  control_ = std::make_unique<Control>(*loop_, sources, team_actions(*team_), log_);
   pipeline_->on_pose([this](const PoseNow& pose) { control_->pose(pose); });
   team_->on_event([this](const mapping::TeamEvent& event) { control_->event(event); });
   return control_->open(config_, ONEMAP_VERSION);
@@ -265,12 +276,20 @@ void App::tick() {
   }
   take_standing(t);
   watch(t);
+  snapshots_->tick(t, team_->view().digest);
   if (t - status_at_ < kStatusInterval) return;
   status_at_ = t;
   const DaemonStatus s = status();
   service_.show(s, t);
-  if (auto written = write_status(config_.out + "/status.json", s); !written)
-    log_.limited("status", "{}", written.error().text());
+  note_status(write_status(config_.out + "/status.json", s));
+}
+
+// A disk that is full or gone is no reason to end: the map is with the team, and the disk may come back.
+void App::note_status(const Status& written) {
+  if (!written && status_written_)
+    log_.line("{}; going on without it until that can be written", written.error().text());
+  if (written && !status_written_) log_.line("{}/status.json is written again", config_.out);
+  status_written_ = written.ok();
 }
 
 void App::watch(Instant now) {
@@ -302,7 +321,7 @@ void App::take_standing(Instant now) {
 void App::say_waiting(Instant now) {
   if (!finished_ || standing_.waiting.empty() || now - std::max(said_at_, finished_at_) < kSayInterval) return;
   said_at_ = now;
-  log_.line("{}", standing_.waiting);
+  log_.warn("{}", standing_.waiting);
 }
 
 bool App::lingered(Instant now) const {
@@ -355,6 +374,7 @@ DaemonStatus App::status() const {
   s.robots_known = team.robots_known;
   s.robots_finished = team.robots_finished;
   s.robots_in_map = team.robots_in_map;
+  for (const auto& [robot, keyframes] : team.keyframes_in_map) s.keyframes_in_map[robot.name()] = keyframes;
   s.frontier_digest = radio.frontier_digest;
   s.refused = refusals(team, radio);
   s.waiting = standing_.waiting;

@@ -60,7 +60,12 @@ TEST(ControlDocs, EveryKeyOfAnAnswerStandsInTheManPage) {
   facts.radio.last_sign[RobotId::from_name("r2")] = {};
   facts.pipeline.look = DepthLook{};
   facts.status.T_map_odom = mapping::Pose{};
-  for (const Json& answer : {status_json(facts), peers_json(facts), map_json(facts), cameras_json(facts),
+  mapping::Why why;
+  why.way.resize(1);
+  why.pairs.resize(1);
+  why.pairs[0].link.emplace();
+  why.pairs[0].ruling.emplace();
+  for (const Json& answer : {why_json(why), status_json(facts), peers_json(facts), map_json(facts), cameras_json(facts),
                              doctor_json(facts), pose_json({}, std::nullopt), greeting_json("r", "1")})
     expect_keys(text, answer);
 }
@@ -68,9 +73,9 @@ TEST(ControlDocs, EveryKeyOfAnAnswerStandsInTheManPage) {
 TEST(ControlDocs, EveryEventStandsInTheManPage) {
   const std::string text = page("onemap-control.7");
   const std::vector<mapping::TeamEvent> all{
-      mapping::RobotJoined{},       mapping::RobotFinished{}, mapping::RobotGone{},
-      mapping::RobotBack{},         mapping::LinkLooked{},    mapping::RecordRefused{},
-      mapping::DeciderPassedOver{}, mapping::MapFused{},      mapping::MapSettled{}};
+      mapping::RobotJoined{}, mapping::RobotFinished{}, mapping::RobotGone{},     mapping::RobotBack{},
+      mapping::LinkLooked{},  mapping::PairRuled{},     mapping::RecordRefused{}, mapping::DeciderPassedOver{},
+      mapping::MapFused{},    mapping::MapSettled{}};
   EXPECT_EQ(all.size(), std::variant_size_v<mapping::TeamEvent>) << "a new event: tell people of it";
   for (const auto& event : all) {
     const Json object = event_json(event);

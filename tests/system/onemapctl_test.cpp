@@ -106,6 +106,41 @@ TEST(Onemapctl, WhatTheDaemonRefusesEndsWithOne) {
   EXPECT_THAT(refused.text, HasSubstr("classes: expected a list of POSE, EVENT, PEERS, STATUS"));
 }
 
+// Two robots in one room, asked over their sockets.
+TEST(Onemapctl, SaysWhyTwoRobotsAreJoinedTakesThatBackAndLetsItCountAgain) {
+  using test::Robot;
+  const TempFolder folder;
+  const auto pa = test::free_port(), pb = test::free_port();
+  const auto start = [&](const std::string& name, int number, std::uint16_t own, std::uint16_t other) {
+    folder.write(name + ".toml", fmt::format("[run]\nmerge_while_mapping_s = 1\n[control]\nsocket = \"{}\"\n",
+                                             folder / (name + ".sock")));
+    return Robot(folder, name, fmt::format("simulated:living-room?robot={}&robots=3&frames=60&seed=3", number),
+                 {"--config", folder / (name + ".toml"), "--speed", "max", "--listen", fmt::format("127.0.0.1:{}", own),
+                  "--peer", fmt::format("127.0.0.1:{}", other)});
+  };
+  Robot a = start("a", 1, pa, pb), b = start("b", 2, pb, pa);
+  const auto together = [&](std::size_t robots) {
+    const auto holds = [&](Robot& robot) {
+      return robot.status("agreed", false) && robot.status("robots_in_map", std::size_t{0}) == robots;
+    };
+    return test::wait_until([&] { return holds(a) && holds(b); }, std::chrono::seconds(120));
+  };
+  ASSERT_TRUE(together(2)) << a.log() << b.log();
+  const Said why = ctl(folder, {"--socket", folder / "a.sock", "why", "a", "b"});
+  EXPECT_EQ(why.status, 0) << why.text;
+  EXPECT_THAT(why.text, AllOf(HasSubstr("they are in one map"), HasSubstr("accepted"), HasSubstr("in use")));
+  const Said nobody = ctl(folder, {"--socket", folder / "a.sock", "why", "a", "nobody"});
+  EXPECT_EQ(nobody.status, 1);
+  EXPECT_THAT(nobody.text, HasSubstr("nobody"));
+  const Said apart = ctl(folder, {"--socket", folder / "b.sock", "unmerge", "a", "b"});
+  EXPECT_EQ(apart.status, 0) << apart.text;
+  ASSERT_TRUE(together(1)) << a.log() << b.log();
+  const Said ruled = ctl(folder, {"--socket", folder / "a.sock", "why", "a", "b"});
+  EXPECT_THAT(ruled.text, AllOf(HasSubstr("they are not in one map"), HasSubstr("they are apart, at b")));
+  EXPECT_EQ(ctl(folder, {"--socket", folder / "a.sock", "merge", "a", "b"}).status, 0);
+  ASSERT_TRUE(together(2)) << a.log() << b.log();
+}
+
 TEST(ExampleClient, TalksToADaemonInPython) {
   if (std::system("python3 -c 'import json, socket' 2> /dev/null") != 0) GTEST_SKIP() << "there is no python3";
   const TempFolder folder;

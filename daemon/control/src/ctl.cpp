@@ -187,15 +187,16 @@ void CommandLine::declare_changing() {
   recording->add_subcommand("stop", "no longer")->callback([this] {
     run = [](Ctl& ctl) { return record(ctl, false); };
   });
-  const auto pair = [this](const char* name, const char* text, const char* asked) {
-    auto* sub = command(name, text, [asked](Ctl& ctl) {
-      return ask(ctl, request_of(asked, {{"a", ctl.options.a}, {"b", ctl.options.b}}), fields_words);
+  const auto pair = [this](const char* name, const char* text, const char* asked, const Words& words) {
+    auto* sub = command(name, text, [asked, words](Ctl& ctl) {
+      return ask(ctl, request_of(asked, {{"a", ctl.options.a}, {"b", ctl.options.b}}), words);
     });
     sub->add_option("a", options.a, "a robot")->required();
     sub->add_option("b", options.b, "another")->required();
   };
-  pair("why", "why two robots are joined, or are not", "WHY");
-  pair("unmerge", "take the join of two robots back", "UNMERGE");
+  pair("why", "why two robots are in one map, or are not", "WHY", why_words);
+  pair("unmerge", "take what joins two robots back", "UNMERGE", fields_words);
+  pair("merge", "let what joins two robots count again", "MERGE", fields_words);
 }
 
 // Where to ask, or why that cannot be told.

@@ -16,8 +16,10 @@
 #include "daemon/options.hpp"
 #include "daemon/pipeline.hpp"
 #include "daemon/radio.hpp"
+#include "daemon/recorder.hpp"
 #include "daemon/service.hpp"
 #include "daemon/signals.hpp"
+#include "daemon/snapshots.hpp"
 #include "daemon/standing.hpp"
 #include "daemon/status.hpp"
 #include "daemon/team.hpp"
@@ -60,6 +62,7 @@ class App {
   Exit failed_to_start(const Error& error);
   void tick();
   void watch(Instant now);
+  void note_status(const Status& written);
   void take_standing(Instant now);
   void say_waiting(Instant now);
   bool done() const;
@@ -80,12 +83,14 @@ class App {
   std::uint64_t frames_expected_ = 0;
   std::unique_ptr<Team> team_;
   std::unique_ptr<Radio> radio_;
+  std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<Capture> capture_;
+  std::unique_ptr<Snapshots> snapshots_;
   std::unique_ptr<Pipeline> pipeline_;  // takes from the capture's queue, so it goes first
   Standing standing_;
   MapAgreement map_agreement_;
   Instant finished_at_{}, agreed_at_{}, stuck_at_{}, status_at_{}, said_at_{};
-  bool finished_ = false, asked_to_stop_ = false;
+  bool finished_ = false, asked_to_stop_ = false, status_written_ = true;
   std::optional<KeptMap> kept_map_;
   double peak_rss_mb_ = 0;
 };

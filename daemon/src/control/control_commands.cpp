@@ -87,6 +87,7 @@ std::vector<Command> control_commands(std::function<RobotFacts()> facts, const C
       {"RECORD", Effect::changes, {"enable", "path"}, "keep the camera's frames", later(actions.record)},
       {"WHY", Effect::reads, {"a", "b"}, "why two robots are joined, or not", later(actions.why)},
       {"UNMERGE", Effect::changes, {"a", "b"}, "take the join of two robots back", later(actions.unmerge)},
+      {"MERGE", Effect::changes, {"a", "b"}, "let what joins two robots count again", later(actions.merge)},
   };
 }
 

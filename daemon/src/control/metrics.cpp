@@ -158,7 +158,7 @@ void add_network(const RobotFacts& f, PrometheusText& out) {
 
 void add_records(const RobotFacts& f, PrometheusText& out) {
   static constexpr std::array<std::string_view, RecordTally::kKinds> kKinds{
-      "unknown", "hello", "keyframe", "trajectory", "submap", "link", "solution", "finished", "frontier"};
+      "unknown", "hello", "keyframe", "trajectory", "submap", "link", "solution", "finished", "frontier", "ruling"};
   const auto each = [&](std::string_view name, std::string_view help, auto member) {
     out.family(name, Type::counter, help);
     for (const auto& [robot, tally] : f.radio.records)
