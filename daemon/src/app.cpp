@@ -100,6 +100,10 @@ Status App::open_rest() {
   open_kept_map();
   if (auto status = open_team(); !status) return status;
   capture_ = std::make_unique<Capture>(*camera_, config_.speed, failures_, log_);
+  recorder_ = std::make_unique<Recorder>(recorder_config(config_), camera_->intrinsics(), camera_->description(),
+                                         truth_of(config_.camera), log_);
+  snapshots_ = std::make_unique<Snapshots>(config_, take_from(*team_), failures_, log_);
+  capture_->listen([this](const hal::FrameView& frame) { recorder_->offer(frame); });
   Outbox outbox;
   outbox.publish = [this](OutgoingRecord record) { radio_->publish(std::move(record)); };
   outbox.finish = [this](std::uint32_t frames) { radio_->finish(frames); };
@@ -164,6 +168,10 @@ void App::start() {
   team_->start();
   radio_->start();
   pipeline_->start();
+  snapshots_->start();
+  if (config_.record.start)
+    if (auto begun = recorder_->start(next_recording(config_.out)); !begun)
+      log_.line("not recording: {}", begun.error().text());
   capture_->start();
 }
 
@@ -171,6 +179,9 @@ void App::stop() {
   service_.stopping();
   if (!pipeline_->progress().finished) pipeline_->abandon();
   capture_->stop();
+  output_actions_->stop();
+  recorder_->stop();
+  snapshots_->stop();
   pipeline_->join();
   if (config_.alone()) await_map();
   team_->stop(quick() ? kQuick : Team::kForTheMap);
@@ -204,7 +215,10 @@ Status App::open_control() {
   began_ = now();
   const Control::Sources sources{[this] { return facts(); },
                                  [this](const PoseNow& pose) { return map_correction(team_->view(), pose); }};
-  control_ = std::make_unique<Control>(*loop_, sources, team_actions(*team_), log_);
+  ControlActions actions = team_actions(*team_);
+  output_actions_ = std::make_unique<OutputActions>(config_, *snapshots_, *recorder_, take_from(*team_));
+  output_actions_->add_to(actions);
+  control_ = std::make_unique<Control>(*loop_, sources, std::move(actions), log_);
   pipeline_->on_pose([this](const PoseNow& pose) { control_->pose(pose); });
   team_->on_event([this](const mapping::TeamEvent& event) { control_->event(event); });
   return control_->open(config_, ONEMAP_VERSION);
@@ -233,6 +247,8 @@ RobotFacts App::facts() const {
   facts.team = team_->view();
   facts.links = team_->links();
   facts.radio = radio_->view();
+  facts.recorder = recorder_->view();
+  facts.snapshots = snapshots_->view();
   facts.life = facts.radio.life;
   facts.place = place_facts(config_.out);
   return facts;
@@ -266,12 +282,21 @@ void App::tick() {
   }
   take_standing(t);
   watch(t);
+  snapshots_->tick(t, team_->view().digest);
+  output_actions_->tick();
   if (t - status_at_ < kStatusInterval) return;
   status_at_ = t;
   const DaemonStatus s = status();
   service_.show(s, t);
-  if (auto written = write_status(config_.out + "/status.json", s); !written)
-    log_.limited("status", "{}", written.error().text());
+  note_status(write_status(config_.out + "/status.json", s));
+}
+
+// A disk that is full or gone is no reason to end: the map is with the team, and the disk may come back.
+void App::note_status(const Status& written) {
+  if (!written && status_written_)
+    log_.warn("{}; going on without it until that can be written", written.error().text());
+  if (written && !status_written_) log_.line("{}/status.json is written again", config_.out);
+  status_written_ = written.ok();
 }
 
 void App::watch(Instant now) {

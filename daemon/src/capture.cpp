@@ -55,7 +55,10 @@ void Capture::run() {
     tell(grab);
     if (grab != hal::Grab::frame) continue;
     ++grabbed_;
-    if (!keep_pace(frame.colour_time) || !deliver(std::move(frame))) break;
+    if (!usable(frame)) continue;
+    if (!keep_pace(frame.colour_time)) break;
+    if (listener_) listener_(frame.view());
+    if (!deliver(std::move(frame))) break;
   }
 }
 
@@ -71,6 +74,30 @@ void Capture::tell(hal::Grab grab) {
     away_ = false;
     log_.line("the camera is back");
   }
+}
+
+bool Capture::times_increase(hal::Frame& frame) {
+  using Verdict = FrameTimes::Verdict;
+  const FrameTime came = frame.colour_time;
+  const Verdict verdict = times_.take(frame.colour_time, frame.depth_time);
+  time_back_ = times_.refused();
+  if (verdict == Verdict::refused)
+    log_.limited("time back", "frame {} refused: its time, {:.3f} s, is not after the one before it", frame.index,
+                 to_seconds(came));
+  if (verdict == Verdict::moved)
+    log_.line("the camera's clock was set back: its times are moved by {:.3f} s from here on",
+              to_seconds(times_.shift()));
+  if (verdict == Verdict::returned) log_.line("the camera's clock is ahead again: its times are its own");
+  return verdict != Verdict::refused;
+}
+
+bool Capture::usable(hal::Frame& frame) {
+  if (!times_increase(frame)) return false;
+  const FrameCheck::Seen seen = check_.look(frame.view());
+  for (std::size_t i = 0; i < kFrameFaults; ++i) faults_[i] = check_.frames(static_cast<FrameFault>(i));
+  if (!seen.began.empty()) log_.line("frame {}: {}", frame.index, seen.began);
+  if (!seen.ended.empty()) log_.line("the camera is well again at frame {}: {}", frame.index, seen.ended);
+  return !seen.frozen;
 }
 
 bool Capture::deliver(hal::Frame frame) {
@@ -94,6 +121,17 @@ bool Capture::keep_pace(FrameTime time) {
   return !stopping_;
 }
 
-CaptureCounters Capture::counters() const { return {grabbed_, bad_, queue_.dropped(), gone_}; }
+CaptureCounters Capture::counters() const {
+  const auto fault = [&](FrameFault f) { return faults_[static_cast<std::size_t>(f)].load(); };
+  return {grabbed_,
+          bad_,
+          queue_.dropped(),
+          gone_,
+          fault(FrameFault::frozen),
+          fault(FrameFault::black),
+          fault(FrameFault::saturated),
+          fault(FrameFault::no_depth),
+          time_back_};
+}
 
 }  // namespace onemap::daemon

@@ -39,6 +39,7 @@ int run_program(const std::string& name, int argc, char** argv,
                 const std::function<int(const std::vector<std::string>&)>& body) {
   // Ignored by whoever started us, our children's exit statuses would be lost.
   (void)std::signal(SIGCHLD, SIG_DFL);
+  (void)std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of a write, which says which
   std::string failure;
   int status = static_cast<int>(Exit::failed);
   try {

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <optional>
@@ -129,6 +130,19 @@ Status set_peers(const ConfigValue& value, Config& config) {
     if (auto status = check_peer(peer); !status) return status;
   config.peers = *list;
   return success();
+}
+
+// field(config) is what a key switches.
+template <class Field>
+ConfigKey yes_or_no(About about, Field field) {
+  const auto set = [field](const ConfigValue& value, Config& config) -> Status {
+    const auto* said = std::get_if<bool>(&value);
+    if (!said) return Error{"", "expected true or false"};
+    field(config) = *said;
+    return success();
+  };
+  return {about.section,   about.name, std::move(about.text),
+          "true or false", set,        [field](const Config& config) { return field(config); }};
 }
 
 Status set_once(const ConfigValue& value, Config& config) {
@@ -321,6 +335,65 @@ void add_control(std::vector<ConfigKey>& keys) {
                       "ADDR:PORT of loopback, such as 127.0.0.1:9464", &Config::control_metrics, check_loopback));
 }
 
+// A list of some of these words, each once. field(config) is the list.
+template <class Field>
+ConfigKey some_of(About about, std::vector<std::string> words, Field field) {
+  std::string known;
+  for (const std::string& word : words) known += (known.empty() ? "\"" : ", \"") + word + "\"";
+  const auto set = [words = std::move(words), known, field](const ConfigValue& value, Config& config) -> Status {
+    const auto* list = std::get_if<std::vector<std::string>>(&value);
+    if (!list || list->empty()) return Error{"", "expected a list of " + known};
+    for (auto word = list->begin(); word != list->end(); ++word)
+      if (std::ranges::find(words, *word) == words.end() || std::find(list->begin(), word, *word) != word)
+        return Error{"", fmt::format("\"{}\" is not one of {}, each once", *word, known)};
+    field(config) = *list;
+    return success();
+  };
+  return {about.section,        about.name, std::move(about.text),
+          "a list of " + known, set,        [field](const Config& config) { return field(config); }};
+}
+
+constexpr Range<std::size_t> kDisk{0, std::size_t{16} << 40};
+
+void add_record(std::vector<ConfigKey>& keys) {
+  keys.push_back(yes_or_no(
+      {"record", "start", "record the camera from the start on, to OUT/recordings"},
+      [](auto& c) -> auto& { return c.record.start; }));
+  keys.push_back(some_of(
+      {"record", "formats", "tum: what replay:DIR plays; mcap: recording.mcap to look at, for Foxglove"},
+      {"tum", "mcap"}, [](auto& c) -> auto& { return c.record.formats; }));
+  keys.push_back(megabytes(
+      {"record", "limit_mb", "MB of one recording at most; then it ends, and the daemon goes on"},
+      {std::size_t{1} << 20, kDisk.most}, [](auto& c) -> auto& { return c.record.limit_bytes; }));
+  keys.push_back(megabytes(
+      {"record", "least_free_mb", "MB of the disk that a recording leaves free; fewer: it ends"}, kDisk,
+      [](auto& c) -> auto& { return c.record.least_free_bytes; }));
+}
+
+void add_snapshots(std::vector<ConfigKey>& keys) {
+  keys.push_back(number(
+      {"snapshots", "every_s", "seconds from one snapshot of the maps to the next, in OUT/snapshots; 0: not by time"},
+      kSeconds, [](auto& c) -> auto& { return c.snapshots.every_s; }));
+  keys.push_back(yes_or_no(
+      {"snapshots", "on_change", "a snapshot when the map has changed, at most every 10 seconds"},
+      [](auto& c) -> auto& { return c.snapshots.on_change; }));
+  keys.push_back(number<std::size_t>(
+      {"snapshots", "keep", "snapshots kept; the oldest go"}, {1, 1'000'000},
+      [](auto& c) -> auto& { return c.snapshots.keep; }));
+  keys.push_back(megabytes(
+      {"snapshots", "disk_limit_mb", "MB of all snapshots together; the oldest go"}, {std::size_t{1} << 20, kDisk.most},
+      [](auto& c) -> auto& { return c.snapshots.disk_limit_bytes; }));
+  keys.push_back(some_of(
+      {"snapshots", "views", "where the pictures of a snapshot look from"}, {"fit", "top", "follow", "plan", "front"},
+      [](auto& c) -> auto& { return c.snapshots.views; }));
+  keys.push_back(some_of(
+      {"snapshots", "kinds", "what a snapshot holds; plan: map.pgm and map.yaml, in OUT, too"}, {"png", "glb", "plan"},
+      [](auto& c) -> auto& { return c.snapshots.kinds; }));
+  keys.push_back(some_of(
+      {"snapshots", "maps", "of which maps: the team's, and this robot's own"}, {"global", "local"},
+      [](auto& c) -> auto& { return c.snapshots.maps; }));
+}
+
 constexpr ConfigSection kSections[] = {
     {"robot", "who this robot is, what it sees with, where it writes"},
     {"network", "whom it talks to over UDP"},
@@ -328,6 +401,8 @@ constexpr ConfigSection kSections[] = {
     {"tracking", "how it finds its way"},
     {"map", "what it keeps of what it saw"},
     {"control", "how people and programs of this machine reach it"},
+    {"record", "recordings of the camera, as replay:DIR plays them"},
+    {"snapshots", "pictures, models and floor plans of the maps while it works"},
 };
 
 }  // namespace
@@ -337,7 +412,9 @@ std::span<const ConfigSection> config_sections() { return kSections; }
 std::span<const ConfigKey> config_keys() {
   static const std::vector<ConfigKey> table = [] {
     std::vector<ConfigKey> keys;
-    for (const auto add : {add_robot, add_network, add_run, add_tracking, add_map, add_control}) add(keys);
+    for (const auto add :
+         {add_robot, add_network, add_run, add_tracking, add_map, add_control, add_record, add_snapshots})
+      add(keys);
     return keys;
   }();
   return table;

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "daemon/clock.hpp"
-#include "daemon/saved_map.hpp"
 #include "daemon/standing.hpp"
 #include "daemon/team_picture.hpp"
 #include "daemon/team_words.hpp"
@@ -14,16 +13,6 @@
 #include "render/png_writer.hpp"
 
 namespace onemap::daemon {
-
-namespace {
-SavedPath make_path(const std::string& name, render::Color color, const std::vector<mapping::StampedPose>& poses,
-                    const std::vector<mapping::QuantizedPose>& keyframes) {
-  SavedPath path{name, color, {}, {}, keyframes};
-  path.poses.reserve(poses.size());
-  for (const mapping::StampedPose& pose : poses) path.poses.push_back(pose.T_robot_camera);
-  return path;
-}
-}  // namespace
 
 void Harvest::keep(const Status& status) {
   if (status) return;
@@ -53,7 +42,7 @@ void Harvest::write_what_takes_long() {
 std::optional<std::vector<std::uint8_t>> Harvest::saved_map() const {
   const mapping::SolutionRecord* solution = from_.team.map().solution();
   if (solution == nullptr || from_.team.map().map() == nullptr) return std::nullopt;
-  return solved_picture("", "the last map of " + config_.id, *solution).map;
+  return save_global(source(), "the last map of " + config_.id);
 }
 
 Status Harvest::draw() {
@@ -78,6 +67,9 @@ void Harvest::say_costs() const {
   if (captured.dropped + captured.bad > 0)
     log_.line("{} frames dropped to keep pace, {} could not be read", captured.dropped, captured.bad);
   if (captured.gone > 0) log_.line("the camera went away {} times", captured.gone);
+  if (captured.frozen + captured.black + captured.saturated + captured.no_depth + captured.time_back > 0)
+    log_.line("frames with faults: {} like the one before, {} black, {} white, {} without depth, {} back in time",
+              captured.frozen, captured.black, captured.saturated, captured.no_depth, captured.time_back);
 }
 
 Status Harvest::write_trajectories() const {
@@ -104,14 +96,7 @@ Status Harvest::write_graph() const {
 
 Status Harvest::write_plan() {
   const Instant began = now();
-  // Of the global map, and without one of this robot's own odometry.
-  const mapping::TeamLog& log = from_.team.map().log();
-  const mapping::SolutionRecord* solution = from_.team.map().solution();
-  const mapping::SolutionRecord alone = mapping::alone_on_map(log.own_chain());
-  std::optional<mapping::Vector3f> up;
-  if (solution != nullptr) up = mapping::unit_vector(solution->up);
-  auto survey =
-      mapping::survey(mapping::placed_keyframes(log, solution != nullptr ? *solution : alone), config_.plan, up);
+  auto survey = mapping::survey(placed_keyframes(source()), config_.plan, up_of(source()));
   if (!survey) {  // a desk without a floor is no failure
     log_.line("no {}", survey.error().text());
     return success();
@@ -135,58 +120,20 @@ void Harvest::say_plan(Duration took) const {
               s.keyframes_left_out, unusable);
 }
 
-// The same in every picture of the team, whoever draws it.
-render::Color Harvest::color_of(const std::string& robot) const {
-  std::vector<std::string> names;
-  const std::vector<RobotId> robots = from_.team.map().log().robots();
-  names.reserve(robots.size() + 1);
-  for (const RobotId& id : robots) names.push_back(id.name());
-  if (std::ranges::find(names, robot) == names.end()) names.push_back(robot);
-  const auto place = std::ranges::find(names, robot) - names.begin();
-  return render::robot_colors(names)[static_cast<std::size_t>(place)];
-}
-
-MapPicture Harvest::solved_picture(const std::string& stem, const std::string& title,
-                                   const mapping::SolutionRecord& solution) const {
-  const mapping::TeamLog& log = from_.team.map().log();
-  std::vector<SavedPath> paths;
-  for (const mapping::SolvedRobot& solved : solution.robots)
-    if (const mapping::TeamMember* member = log.find(solved.chain); member != nullptr)
-      paths.push_back(make_path(chain_name(log, solved.chain), color_of(solved.chain.robot.name()),
-                                mapping::way_on_map(*member, solved), mapping::keyframes_on_map(*member, solved)));
-  return {config_.out + stem, save_map(title, paths, *from_.team.map().map(), solution.up)};
-}
-
-// This robot's own records where its odometry has them: what it would hold without its team.
-const mapping::VoxelMap* Harvest::local_map() const {
-  const mapping::TeamLog& log = from_.team.map().log();
-  if (log.own() == nullptr) return nullptr;
-  mapping::AtlasConfig config{config_.mapper.map};
-  config.map.budget_bytes = config_.global_budget_bytes;
-  local_.emplace(config.map.budget_bytes);
-  mapping::MapTarget target{mapping::alone_on_map(log.own_chain()), {}};
-  target.solution.map = mapping::map_parameters(config);
-  target.extents = mapping::everything_here(log, target.solution);
-  local_->aim(log, std::move(target));
-  while (local_->underway()) local_->step([] { return false; });
-  return local_->map();
+MapSource Harvest::source() const {
+  const mapping::TeamMap& team = from_.team.map();
+  return {team.log(), team.solution(), team.map()};
 }
 
 std::vector<MapPicture> Harvest::pictures() const {
   const std::string local_title = "local map of " + config_.id;
-  const mapping::SolutionRecord* solution = from_.team.map().solution();
+  const MapSource from = source();
   // A robot alone has one map, with its loops closed.
-  if (solution != nullptr && config_.alone()) return {solved_picture("/local", local_title, *solution)};
+  if (from.solution != nullptr && config_.alone()) return {{config_.out + "/local", save_global(from, local_title)}};
   std::vector<MapPicture> pictures;
-  if (const mapping::VoxelMap* local = local_map()) {
-    const mapping::TeamMember& own = *from_.team.map().log().own();
-    std::vector<mapping::QuantizedPose> keyframes;
-    keyframes.reserve(own.places.size());
-    for (const mapping::KeyframePlace& place : own.places) keyframes.push_back(place.T_robot_keyframe);
-    const SavedPath path = make_path(config_.id, color_of(config_.id), own.trajectory(), keyframes);
-    pictures.push_back({config_.out + "/local", save_map(local_title, {&path, 1}, *local)});
-  }
-  if (solution != nullptr) pictures.push_back(solved_picture("/global", "global map", *solution));
+  if (auto local = save_local(from, config_, local_title))
+    pictures.push_back({config_.out + "/local", std::move(*local)});
+  if (from.solution != nullptr) pictures.push_back({config_.out + "/global", save_global(from, "global map")});
   return pictures;
 }
 

@@ -18,14 +18,16 @@ std::string time_text(FrameTime time) {
 
 }  // namespace
 
+std::string pose_line(FrameTime time, const mapping::Pose& T) {
+  const auto q = mapping::to_quaternion_wxyz(T.R);
+  return fmt::format("{} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", time_text(time), T.t.x(), T.t.y(),
+                     T.t.z(), q[1], q[2], q[3], q[0]);
+}
+
 std::string trajectory_text(const std::vector<mapping::StampedPose>& poses, const mapping::Pose& T_frame_robot) {
   std::string text;
-  for (const mapping::StampedPose& stamped : poses) {
-    const mapping::Pose T = T_frame_robot * mapping::from_quantized(stamped.T_robot_camera);
-    const auto q = mapping::to_quaternion_wxyz(T.R);
-    text += fmt::format("{} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", time_text(stamped.time), T.t.x(),
-                        T.t.y(), T.t.z(), q[1], q[2], q[3], q[0]);
-  }
+  for (const mapping::StampedPose& stamped : poses)
+    text += pose_line(stamped.time, T_frame_robot * mapping::from_quantized(stamped.T_robot_camera));
   return text;
 }
 

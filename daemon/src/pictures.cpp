@@ -22,6 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr const char* kViewer = "onemap-view";
+constexpr Duration kLook = std::chrono::milliseconds(100);  // whether somebody wants it no longer
 
 // Beside this program, or where programs are.
 Result<std::string> viewer() {
@@ -53,10 +54,7 @@ class Drawing {
       result_.status = written;
       return;
     }
-    auto child = ChildProcess::start(
-        program,
-        {input_, "--png", stem_ + ".png", "--glb", stem_ + ".glb", "--ply", stem_ + ".ply", "--pcd", stem_ + ".pcd"},
-        log_, limits.address_space_bytes);
+    auto child = ChildProcess::start(program, arguments(picture), log_, {limits.address_space_bytes, limits.niceness});
     if (child)
       child_.emplace(std::move(*child));
     else
@@ -69,9 +67,17 @@ class Drawing {
   Drawing(const Drawing&) = delete;
   Drawing& operator=(const Drawing&) = delete;
 
-  PictureResult wait(Instant until) {
+  PictureResult wait(Instant until, const std::function<bool()>& cancelled) {
     if (!child_) return result_;
-    if (!child_->wait(std::max<Duration>(until - now(), Duration::zero())))
+    bool ended = false, left_off = false;
+    while (!ended && !left_off && now() < until) {
+      ended = child_->wait(std::clamp<Duration>(until - now(), Duration::zero(), kLook));
+      left_off = !ended && cancelled && cancelled();
+    }
+    result_.killed = !ended || child_->exit_code() >= 128;
+    if (left_off)
+      result_.status = Error{stem_, "drawing was left off"};
+    else if (!ended)
       result_.status = Error{stem_, "drawing took too long and was ended"};
     else if (child_->exit_code() != 0)
       result_.status = Error{stem_, fmt::format("drawing failed ({}): {}", child_->exit_text(), last_line(output()))};
@@ -82,6 +88,15 @@ class Drawing {
   }
 
  private:
+  std::vector<std::string> arguments(const MapPicture& picture) const {
+    std::vector<std::string> words{input_};
+    if (picture.png) words.insert(words.end(), {"--png", stem_ + ".png"});
+    if (picture.glb) words.insert(words.end(), {"--glb", stem_ + ".glb"});
+    if (picture.points) words.insert(words.end(), {"--ply", stem_ + ".ply", "--pcd", stem_ + ".pcd"});
+    if (picture.png && !picture.views.empty()) words.emplace_back("--views");
+    if (picture.png) words.insert(words.end(), picture.views.begin(), picture.views.end());
+    return words;
+  }
   std::string output() const {
     auto text = read_text_file(log_);
     return text ? std::move(*text) : std::string();
@@ -105,14 +120,14 @@ class Drawing {
 
 std::vector<PictureResult> write_pictures(const std::vector<MapPicture>& pictures, const PictureLimits& limits) {
   const auto program = viewer();
-  if (!program) return std::vector<PictureResult>(pictures.size(), {program.error(), 0});
+  if (!program) return std::vector<PictureResult>(pictures.size(), {program.error(), 0, false});
   const Instant until = now() + limits.time;
   std::vector<std::unique_ptr<Drawing>> drawings;
   drawings.reserve(pictures.size());
   for (const MapPicture& picture : pictures) drawings.push_back(std::make_unique<Drawing>(*program, picture, limits));
   std::vector<PictureResult> results;
   results.reserve(drawings.size());
-  for (const auto& drawing : drawings) results.push_back(drawing->wait(until));
+  for (const auto& drawing : drawings) results.push_back(drawing->wait(until, limits.cancelled));
   return results;
 }
 

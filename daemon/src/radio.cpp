@@ -157,13 +157,14 @@ void Radio::turn() {
   append_published(t);
   if (t >= node_->next_deadline()) node_->on_timer(t);
   comms::OutgoingDatagram datagram;
-  while (node_->next_outgoing(datagram)) port_->send(datagram);
+  while (node_->next_outgoing(datagram)) ++(port_->send(datagram) ? sends_ : sends_failed_);
   hand_out_applied();
   if (t - looked_ < kLookInterval) return;
   looked_ = t;
   log_neighbours();
   log_conflict(t);
   log_refusals();
+  log_network();
   update_view(t);
 }
 
@@ -283,6 +284,20 @@ void Radio::begin_new_life(Instant now) {
                      "the store has no room for this robot's records in its new life; raise network.store_budget_mb");
   const std::lock_guard lock(mutex_);
   node_->set_local_status(now, map_digest_, flags_);
+}
+
+// The protocol asks again for whatever was lost; people want to know that there is no network.
+void Radio::log_network() {
+  if (config_.alone() || sends_ + sends_failed_ == 0) return;
+  const bool cut_off = sends_ == 0;
+  failed_before_ += std::exchange(sends_failed_, 0u);
+  sends_ = 0;
+  if (cut_off && !cut_off_)
+    log_.line(
+        "nothing can be sent: is there a network, with a route to the peers? Mapping goes on, and what is new is "
+        "sent when there is one");
+  if (!cut_off && cut_off_) log_.line("the network takes datagrams again, after {} that it did not", failed_before_);
+  cut_off_ = cut_off;
 }
 
 void Radio::log_neighbours() {

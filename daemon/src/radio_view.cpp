@@ -58,6 +58,7 @@ void Radio::update_view(Instant now) {
   const auto conflict = node_->id_conflict();
   if (conflict && now - conflict->when < kConflictFresh) view.id_also_used_at = to_string(conflict->where);
   view.refused = refusals(node_->counters());
+  if (failed_before_ > 0 && !config_.alone()) view.refused["not_sent"] = failed_before_;
   view.delivered = node_->delivered(1);
   view.neighbours = node_->neighbours();
   view.counters = node_->counters();

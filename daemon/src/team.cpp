@@ -1,5 +1,6 @@
 #include "daemon/team.hpp"
 
+#include <iterator>
 #include <utility>
 
 #include "daemon/clock.hpp"
@@ -108,6 +109,22 @@ void Team::hand_out() {
   for (mapping::TeamRecord& record : map_.take_records()) publish_({record.lane, record.kind, std::move(record.body)});
 }
 
+void Team::look(Look look) {
+  const std::lock_guard lock(mutex_);
+  looks_.push_back(std::move(look));
+}
+
+void Team::let_look() {
+  std::vector<Look> looks;
+  {
+    const std::lock_guard lock(mutex_);
+    looks.swap(looks_);
+  }
+  std::erase_if(looks, [&](const Look& look) { return look(map_); });
+  const std::lock_guard lock(mutex_);
+  looks_.insert(looks_.end(), std::make_move_iterator(looks.begin()), std::make_move_iterator(looks.end()));
+}
+
 void Team::show() {
   const std::lock_guard lock(mutex_);
   view_ = map_.view();
@@ -132,6 +149,7 @@ void Team::run() {
     map_.observe(done);
     hand_out();
     show();
+    let_look();
   }
   const Instant end = now() + Duration(for_the_map_ns_);
   map_.finish_fusion([&] { return now() > end; });

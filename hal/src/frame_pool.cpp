@@ -79,6 +79,16 @@ FramePool::~FramePool() { assert(free_.size() == slots_ && "a frame outlives its
 Frame FramePool::acquire() {
   std::unique_lock lock(mutex_);
   freed_.wait(lock, [&] { return !free_.empty(); });
+  return take();
+}
+
+Frame FramePool::try_acquire() {
+  const std::lock_guard lock(mutex_);
+  if (free_.empty()) return {};
+  return take();
+}
+
+Frame FramePool::take() {
   const std::size_t slot = free_.back();
   free_.pop_back();
   return {this, slot};

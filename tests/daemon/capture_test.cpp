@@ -9,6 +9,8 @@
 
 #include "daemon/clock.hpp"
 
+#include "hal/backends/simulated.hpp"
+
 namespace onemap::daemon {
 namespace {
 
@@ -27,7 +29,10 @@ class ScriptedCamera final : public hal::DepthCamera {
     if (script_.empty()) return Grab::end;
     const Grab grab = script_.front();
     script_.pop_front();
-    if (grab == Grab::frame) into.index = frames_++;
+    if (grab == Grab::frame) {
+      into.index = frames_++;
+      into.colour_time = into.depth_time = FrameTime(std::chrono::milliseconds(33 * frames_));
+    }
     if (grab == Grab::gone) error_ = {"/dev/camera", "unplugged " + std::to_string(++unplugged_)};
     if (grab == Grab::bad) error_ = {"/dev/camera", "torn"};
     return grab;
@@ -135,6 +140,34 @@ TEST(Capture, ADriverThatDoesNotComeBackIsNoticed) {
   camera.let_go.release();
   capture.stop();
   EXPECT_FALSE(capture.heartbeat().stuck(now() + std::chrono::hours(1))) << "it has ended";
+}
+
+TEST(Capture, FramesWhoseTimeDoesNotIncreaseAndFrozenOnesGoNoFurther) {
+  const auto address = hal::parse_camera_address(
+      "simulated:office?width=64&height=48&frames=60&freeze_at=10&time_back_at=40&fault_for=15");
+  auto camera = hal::open_simulated(*address);
+  ASSERT_TRUE(camera);
+  Failures failures;
+  Log log("robot");
+  std::vector<std::uint64_t> seen, frames;
+  testing::internal::CaptureStderr();
+  Capture capture(**camera, {true, 1}, failures, log);
+  capture.listen([&](const hal::FrameView& frame) { seen.push_back(frame.index); });
+  capture.start();
+  while (auto frame = capture.frames().pop()) frames.push_back(frame->index);
+  capture.stop();
+  const std::string said = testing::internal::GetCapturedStderr();
+  std::vector<std::uint64_t> expected;
+  for (std::uint64_t i = 0; i < 60; ++i)
+    if (!(i >= 19 && i < 25) && !(i >= 40 && i < 50)) expected.push_back(i);
+  EXPECT_EQ(frames, expected);
+  EXPECT_EQ(seen, expected) << "the listener sees what goes on";
+  EXPECT_EQ(capture.counters().grabbed, 60u);
+  EXPECT_EQ(capture.counters().frozen, 15u);
+  EXPECT_EQ(capture.counters().time_back, 10u);
+  EXPECT_THAT(said, HasSubstr("robot: frame 19: the camera shows the same picture again and again"));
+  EXPECT_THAT(said, HasSubstr("robot: frame 40 refused: its time, 1599996401.333 s, is not after the one before it"));
+  EXPECT_THAT(said, HasSubstr("its times are moved by 3599.667 s"));
 }
 
 }  // namespace

@@ -1,9 +1,13 @@
 #pragma once
+#include <array>
 #include <atomic>
 #include <condition_variable>
+#include <functional>
 #include <mutex>
 
 #include "daemon/config.hpp"
+#include "daemon/frame_check.hpp"
+#include "daemon/frame_times.hpp"
 #include "daemon/heartbeat.hpp"
 #include "daemon/log.hpp"
 #include "daemon/worker.hpp"
@@ -15,6 +19,9 @@ namespace onemap::daemon {
 struct CaptureCounters {
   std::uint64_t grabbed = 0, bad = 0, dropped = 0;
   std::uint64_t gone = 0;  // times that the camera went away
+  // Frames that showed the same pixels as the one before, only black, only white, no depth (FrameCheck); and frames
+  // that were not after the one before (FrameTimes).
+  std::uint64_t frozen = 0, black = 0, saturated = 0, no_depth = 0, time_back = 0;
 };
 
 // The capture thread: camera -> frame of the pool -> queue. At `max` it waits for the pipeline, so that every frame is
@@ -27,6 +34,8 @@ class Capture {
   Capture(const Capture&) = delete;
   Capture& operator=(const Capture&) = delete;
 
+  // Before start(): who sees every frame on the capture thread, before the pipeline does. It must not wait.
+  void listen(std::function<void(const hal::FrameView&)> listener) { listener_ = std::move(listener); }
   void start();
   void stop();  // no more frames; what is queued may still be taken
   BlockingQueue<hal::Frame>& frames() { return queue_; }
@@ -39,15 +48,21 @@ class Capture {
   void run();
   void tell(hal::Grab grab);  // what became of the camera, once each time that it changes
   bool deliver(hal::Frame frame);
+  bool usable(hal::Frame& frame);  // of a frame that came, whether it goes on from here
+  bool times_increase(hal::Frame& frame);
   bool keep_pace(FrameTime time);  // false: stop
   hal::DepthCamera& camera_;
   const Speed speed_;
   Failures& failures_;
   Log& log_;
+  std::function<void(const hal::FrameView&)> listener_;
   hal::FramePool pool_;
   BlockingQueue<hal::Frame> queue_;
   const bool live_;  // has its own pace
-  std::atomic<std::uint64_t> grabbed_ = 0, bad_ = 0, gone_ = 0;
+  std::atomic<std::uint64_t> grabbed_ = 0, bad_ = 0, gone_ = 0, time_back_ = 0;
+  std::array<std::atomic<std::uint64_t>, kFrameFaults> faults_{};
+  FrameCheck check_;
+  FrameTimes times_;
   std::atomic<bool> away_ = false;  // the camera, as the log has it
   std::atomic<bool> ended_ = false;
   bool stopping_ = false;  // with mutex_

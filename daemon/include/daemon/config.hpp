@@ -17,6 +17,25 @@ struct Speed {
 };
 Result<Speed> parse_speed(const std::string& text);
 
+// What is written of the camera's frames.
+struct RecordConfig {
+  bool start = false;                                     // from the start on; else when somebody asks
+  std::vector<std::string> formats{"tum"};                // what is written
+  std::size_t limit_bytes = std::size_t{4096} << 20;      // of one recording
+  std::size_t least_free_bytes = std::size_t{512} << 20;  // of the disk, left to others
+};
+
+// Pictures and models of the maps while the robot works.
+struct SnapshotsConfig {
+  double every_s = 0;                                      // 0: not by time
+  bool on_change = false;                                  // when the map has changed
+  std::size_t keep = 20;                                   // so many; the oldest go
+  std::size_t disk_limit_bytes = std::size_t{1024} << 20;  // all of them together
+  std::vector<std::string> views{"fit", "top"};            // of each picture
+  std::vector<std::string> kinds{"png", "glb", "plan"};    // what is made
+  std::vector<std::string> maps{"global", "local"};        // of what
+};
+
 // Everything that a daemon can be told, with its defaults; files and the command line fill it.
 struct Config {
   std::string id;                               // 1..16 characters of A-Z a-z 0-9 _ . -
@@ -47,6 +66,8 @@ struct Config {
   std::string control_socket;   // path; empty: where control::default_socket() says
   std::string control_tcp;      // ADDR:PORT of loopback, read-only; empty: none
   std::string control_metrics;  // ADDR:PORT of loopback, HTTP; empty: none
+  RecordConfig record;
+  SnapshotsConfig snapshots;
 
   bool alone() const { return listen.empty() && peers.empty() && group.empty(); }
 };

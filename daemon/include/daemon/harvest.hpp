@@ -5,15 +5,14 @@
 #include "daemon/capture.hpp"
 #include "daemon/config.hpp"
 #include "daemon/log.hpp"
+#include "daemon/map_drawing.hpp"
 #include "daemon/outputs.hpp"
 #include "daemon/pictures.hpp"
 #include "daemon/pipeline.hpp"
 #include "daemon/radio.hpp"
 #include "daemon/report.hpp"
 #include "daemon/team.hpp"
-#include "mapping/team/map_fusion.hpp"
 #include "mapping/team/survey.hpp"
-#include "render/scene.hpp"
 
 namespace onemap::daemon {
 
@@ -46,13 +45,9 @@ class Harvest {
   Status write_graph() const;
   Status write_plan();
   void say_plan(Duration took) const;
-  render::Color color_of(const std::string& robot) const;
+  MapSource source() const;
   std::vector<MapPicture> pictures() const;
   Status draw();
-  const mapping::VoxelMap* local_map() const;  // nullptr: the store took no record of this robot
-  // The team's map and everybody's way in it. stem: "/local" or "/global", below OUT.
-  MapPicture solved_picture(const std::string& stem, const std::string& title,
-                            const mapping::SolutionRecord& solution) const;
   Report report() const;
   RobotReport robot_report() const;
   void keep(const Status& status);
@@ -61,9 +56,8 @@ class Harvest {
   const Sources from_;
   Log& log_;
   Status first_ = success();
-  mutable std::optional<mapping::MapFusion> local_;  // fused when it is asked for
-  std::optional<mapping::Survey> survey_;            // under the floor plan, when there is one
-  std::uint64_t vertices_ = 0;  // of the global map's files when there are such, else of the local one's
+  std::optional<mapping::Survey> survey_;  // under the floor plan, when there is one
+  std::uint64_t vertices_ = 0;             // of the global map's files when there are such, else of the local one's
 };
 
 }  // namespace onemap::daemon

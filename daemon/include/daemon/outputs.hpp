@@ -7,8 +7,10 @@
 
 namespace onemap::daemon {
 
-// TUM format: `time tx ty tz qx qy qz qw` a pose, metres, time with 6 decimals printed from its integer nanoseconds.
-// Each pose is T_frame_robot * T_robot_camera.
+// A line of a trajectory in TUM's format: `time tx ty tz qx qy qz qw`, metres, time with 6 decimals printed from its
+// integer nanoseconds.
+std::string pose_line(FrameTime time, const mapping::Pose& T_frame_camera);
+// All of them. Each pose is T_frame_robot * T_robot_camera.
 std::string trajectory_text(const std::vector<mapping::StampedPose>& poses, const mapping::Pose& T_frame_robot = {});
 
 // Makes the folder with its parents; the error names the folder. One that is there but takes no files is an error, too.

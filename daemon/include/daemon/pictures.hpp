@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,8 @@ namespace onemap::daemon {
 struct MapPicture {
   std::string stem;  // path without the ending
   std::vector<std::uint8_t> map;
+  bool png = true, glb = true, points = true;  // points: STEM.ply and STEM.pcd
+  std::vector<std::string> views = {};         // STEM_VIEW.png of each, in place of STEM.png
 };
 
 // What one drawing may take. A software renderer is large and not ours: neither its memory nor a fault of it is the
@@ -24,12 +27,15 @@ struct PictureLimits {
   std::uint64_t address_space_bytes = std::uint64_t{8} << 30;
 #endif
   Duration time = std::chrono::seconds(300);
+  int niceness = 0;                 // added to this process's
+  std::function<bool()> cancelled;  // true: what is being drawn is ended at once
 };
 
 // What became of a picture.
 struct PictureResult {
   Status status = success();
   std::uint64_t vertices = 0;  // of the model files
+  bool killed = false;         // it took too much, or its time was over
 };
 
 // Has onemap-view draw and write them, each in a process of its own, all at a time, and waits for them. Threads may

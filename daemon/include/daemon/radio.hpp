@@ -95,6 +95,7 @@ class Radio {
   void hand_out_applied();
   void log_neighbours();
   void log_refusals();
+  void log_network();
   void log_conflict(Instant now);
   void update_view(Instant now);
 
@@ -125,6 +126,8 @@ class Radio {
   std::map<RobotId, bool> alive_;           // as last logged
   std::map<RobotId, RecordTally> records_;  // of robots that the store holds
   std::array<std::uint64_t, comms::kRefusalCount> logged_refusals_{};
+  std::uint64_t sends_ = 0, sends_failed_ = 0, failed_before_ = 0;  // datagrams; since the last look; before it
+  bool cut_off_ = false;                                            // nothing could be sent, as last logged
   Instant looked_{};
   std::atomic<bool> stopping_ = false;
   std::atomic<std::int64_t> linger_until_ns_ = 0;

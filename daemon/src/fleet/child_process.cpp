@@ -19,7 +19,7 @@ namespace onemap::daemon {
 namespace {
 
 // Between fork and exec: only what is safe there.
-[[noreturn]] void become(const char* program, char* const* arguments, int log, std::uint64_t address_space_bytes) {
+[[noreturn]] void become(const char* program, char* const* arguments, int log, const ChildLimits& limits) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   sigset_t none;
   sigemptyset(&none);
@@ -29,10 +29,11 @@ namespace {
   dup2(empty, STDIN_FILENO);
   dup2(log, STDOUT_FILENO);
   dup2(log, STDERR_FILENO);
-  if (address_space_bytes > 0) {
-    const rlimit limit{address_space_bytes, address_space_bytes};
+  if (limits.address_space_bytes > 0) {
+    const rlimit limit{limits.address_space_bytes, limits.address_space_bytes};
     setrlimit(RLIMIT_AS, &limit);
   }
+  if (limits.niceness > 0) setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + limits.niceness);
   execv(program, arguments);
   const char message[] = "cannot start the program\n";
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message, sizeof message - 1);
@@ -42,7 +43,7 @@ namespace {
 }  // namespace
 
 Result<ChildProcess> ChildProcess::start(const std::string& program, const std::vector<std::string>& arguments,
-                                         const std::string& log_file, std::uint64_t address_space_bytes) {
+                                         const std::string& log_file, const ChildLimits& limits) {
   if (access(program.c_str(), X_OK) != 0) return Error{program, std::strerror(errno)};
   const int log = open(log_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (log < 0) return Error{log_file, std::strerror(errno)};
@@ -53,7 +54,7 @@ Result<ChildProcess> ChildProcess::start(const std::string& program, const std::
   for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
   const pid_t pid = fork();
-  if (pid == 0) become(program.c_str(), pointers.data(), log, address_space_bytes);
+  if (pid == 0) become(program.c_str(), pointers.data(), log, limits);
   const int error = errno;
   close(log);
   if (pid < 0) return Error{program, std::string("fork: ") + std::strerror(error)};

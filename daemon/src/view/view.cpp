@@ -59,13 +59,16 @@ Result<render::Scene> read_map(const std::string& path, const ViewOptions& o) {
   return scene;
 }
 
+float aspect_of(const ViewOptions& o) {
+  return static_cast<float>(o.style.width_px) / static_cast<float>(o.style.height_px);
+}
+
 render::Camera camera_for(const ViewOptions& o, const render::Scene& scene) {
   const auto vector = [](const std::vector<float>& v) {
     return v.empty() ? glm::vec3(0) : glm::vec3(v[0], v[1], v[2]);
   };
-  const float aspect = static_cast<float>(o.style.width_px) / static_cast<float>(o.style.height_px);
   if (!o.eye.empty()) return make_camera(scene, vector(o.eye), vector(o.target));
-  return make_camera(scene, render::view_from_name(o.view).value_or(render::View::fit), aspect);
+  return make_camera(scene, render::view_from_name(o.view).value_or(render::View::fit), aspect_of(o));
 }
 
 // Draws scenes into files and finishes each picture in the same way.
@@ -81,8 +84,7 @@ class Pictures {
   }
 
   Status turntable(const render::Scene& scene) const {
-    const float aspect = static_cast<float>(options_.style.width_px) / static_cast<float>(options_.style.height_px);
-    const render::Camera first = with_room_to_turn(scene, camera_for(options_, scene), aspect);
+    const render::Camera first = with_room_to_turn(scene, camera_for(options_, scene), aspect_of(options_));
     const mapping::Vector3f up = render::up_of(scene);
     const auto count = static_cast<std::size_t>(options_.turntable);
     for (std::size_t i = 0; i < count; ++i) {
@@ -91,6 +93,16 @@ class Pictures {
       say(i + 1, count);
     }
     fmt::print("{} to {}\n", printable(numbered("", 0)), printable(numbered("", count - 1)));
+    return success();
+  }
+
+  Status views(const render::Scene& scene) const {
+    for (const std::string& name : options_.views) {
+      const auto view = render::view_from_name(name).value_or(render::View::fit);
+      const std::string file = fmt::format("{}_{}.png", without_ending(options_.png, ".png"), name);
+      if (auto done = write(scene, make_camera(scene, view, aspect_of(options_)), file); !done) return done;
+      fmt::print("{}\n", printable(file));
+    }
     return success();
   }
 
@@ -144,6 +156,7 @@ Status write_pictures(const ViewOptions& o, const render::Scene& scene) {
   if (!renderer) return renderer.error();
   if (!o.beside.empty()) return write_beside(o, scene, **renderer);
   const Pictures pictures(o, **renderer);
+  if (!o.views.empty()) return pictures.views(scene);
   if (o.turntable > 0) return pictures.turntable(scene);
   if (o.follow_every > 0) return pictures.follow_all(scene);
   if (auto done = pictures.write(scene, camera_for(o, scene), o.png); !done) return done;

@@ -72,9 +72,11 @@ void declare_viewpoint(CLI::App& app, ViewOptions& o) {
       ->group(group)
       ->check(CLI::IsMember({"fit", "top", "plan", "front", "follow"}))
       ->capture_default_str();
+  auto* views = app.add_option("--views", o.views, "several of these at once: FILE_VIEW.png of each");
+  views->group(group)->type_name("VIEW ...")->check(CLI::IsMember({"fit", "top", "plan", "front", "follow"}));
   auto* eye =
       app.add_option("--eye", o.eye, "look from here, X,Y,Z in metres; x right, y down, z ahead of the first camera");
-  eye->group(group)->delimiter(',')->expected(3)->type_name("X,Y,Z");
+  eye->group(group)->delimiter(',')->expected(3)->type_name("X,Y,Z")->excludes(views);
   app.add_option("--target", o.target, "look at this point (with --eye; default: the map's origin)")
       ->group(group)
       ->delimiter(',')
@@ -82,14 +84,15 @@ void declare_viewpoint(CLI::App& app, ViewOptions& o) {
       ->type_name("X,Y,Z")
       ->needs(eye);
   auto* turn = app.add_option("--turntable", o.turntable, "a sequence of N pictures once round the map");
-  turn->group(group)->type_name("N")->check(CLI::Range(2, 100000));
+  turn->group(group)->type_name("N")->check(CLI::Range(2, 100000))->excludes(views);
   app.add_option("--follow-all", o.follow_every,
                  "a sequence: over each robot's shoulder at every K-th place of its way")
       ->group(group)
       ->type_name("K")
       ->check(CLI::Range(1, 1000000))
       ->excludes(turn)
-      ->excludes(eye);
+      ->excludes(eye)
+      ->excludes(views);
 }
 
 void declare_look(CLI::App& app, Given& g) {
@@ -162,7 +165,9 @@ std::string check(const ViewOptions& o) {
   if (o.png.empty() && o.glb.empty() && o.ply.empty() && o.pcd.empty())
     return "nothing to do: give --png, --glb, --ply or --pcd";
   const bool sequence = o.turntable > 0 || o.follow_every > 0;
-  if (o.png.empty() && (sequence || !o.beside.empty())) return "a sequence and --beside are pictures: give --png";
+  if (o.png.empty() && (sequence || !o.beside.empty() || !o.views.empty()))
+    return "a sequence, --views and --beside are pictures: give --png";
+  if (!o.views.empty() && !o.beside.empty()) return "--beside draws one picture, not several views";
   if (sequence && !o.beside.empty()) return "--beside draws one picture, not a sequence";
   return {};
 }

@@ -57,7 +57,8 @@ class FramePool {
   FramePool& operator=(const FramePool&) = delete;
   ~FramePool();
 
-  Frame acquire();  // waits until a slot is free
+  Frame acquire();      // waits until a slot is free
+  Frame try_acquire();  // an empty one when there is none
   const Intrinsics& intrinsics() const { return intrinsics_; }
   std::size_t capacity() const { return slots_; }
   std::size_t used() const;
@@ -65,6 +66,7 @@ class FramePool {
 
  private:
   friend class Frame;
+  Frame take();  // with mutex_
   void release(std::size_t slot);
   const Intrinsics intrinsics_;
   const std::size_t slots_;

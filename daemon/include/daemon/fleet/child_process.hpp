@@ -11,13 +11,18 @@
 
 namespace onemap::daemon {
 
+// What a program may take.
+struct ChildLimits {
+  std::uint64_t address_space_bytes = 0;  // that it may map; 0: as much as this one
+  int niceness = 0;                       // added to this one's
+};
+
 // A program that this process started. Ends with its parent; destroying a running one kills it.
 class ChildProcess {
  public:
-  // Both outputs go to the log file, input is empty, no signal is blocked. address_space_bytes: what the program may
-  // map at most; 0: as much as this one.
+  // Both outputs go to the log file, input is empty, no signal is blocked.
   static Result<ChildProcess> start(const std::string& program, const std::vector<std::string>& arguments,
-                                    const std::string& log_file, std::uint64_t address_space_bytes = 0);
+                                    const std::string& log_file, const ChildLimits& limits = {});
   ChildProcess(ChildProcess&& other) noexcept;
   ChildProcess& operator=(ChildProcess&& other) = delete;
   ~ChildProcess();

@@ -12,6 +12,7 @@ namespace onemap::daemon {
 struct ViewOptions {
   std::string map, png, glb, ply, pcd;
   std::string view = "fit";
+  std::vector<std::string> views;  // FILE_VIEW.png of each; empty: FILE.png of the one above
   std::vector<float> eye, target;  // empty, or three
   std::vector<std::string> beside;
   std::string compare;

@@ -25,7 +25,8 @@ constexpr std::array<NamedScene, 8> kScenes{{{"living-room", SceneName::living_r
 constexpr std::string_view kKeys =
     "robot=1..robots, robots=1..64, frames=1..1000000, seed=0..9223372036854775807, noise=kinect|none, near=0.4..2, "
     "far=1..8, width=64..1920, height=48..1440, fps=1..120, carried_at=1..1000000, "
-    "depth_late_ms=-50..50";
+    "depth_late_ms=-50..50; faults, by frame: unplug_at, back_after, freeze_at, black_at, saturate_at, no_depth_at, "
+    "time_back_at, fault_for=1..1000000, fx_scale=0.5..2";
 
 // Takes the options one by one; the first that is wrong is kept, what is left at the end is unknown.
 class Reader {
@@ -83,6 +84,21 @@ void read_scene(const std::string& text, Options& options, Reader& reader) {
   reader.fail(fmt::format("no scene '{}'; known: {}", text, known));
 }
 
+void read_faults(Options& o, Reader& reader) {
+  const auto frame = [&](const char* key, std::uint64_t& at) {
+    at = reader.number<std::uint64_t>(key, at, 1, Options::kNever);
+  };
+  frame("unplug_at", o.unplug_at);
+  frame("back_after", o.back_after);
+  frame("freeze_at", o.freeze_at);
+  frame("black_at", o.black_at);
+  frame("saturate_at", o.saturate_at);
+  frame("no_depth_at", o.no_depth_at);
+  frame("time_back_at", o.time_back_at);
+  frame("fault_for", o.fault_for);
+  o.fx_scale = reader.number("fx_scale", o.fx_scale, 0.5, 2.0);
+}
+
 }  // namespace
 
 Result<Options> parse_options(const CameraAddress& address) {
@@ -102,8 +118,16 @@ Result<Options> parse_options(const CameraAddress& address) {
   o.fps = reader.number("fps", o.fps, 1, 120);
   o.carried_at = reader.number<std::uint64_t>("carried_at", o.carried_at, 1, 1'000'000);
   o.depth_late_ms = reader.number("depth_late_ms", o.depth_late_ms, -50, 50);
+  read_faults(o, reader);
   if (reader.failed()) return reader.error();
   return o;
+}
+
+Intrinsics Options::claimed_intrinsics() const {
+  Intrinsics k = intrinsics();
+  k.fx *= fx_scale;
+  k.fy *= fx_scale;
+  return k;
 }
 
 Intrinsics Options::intrinsics() const {

@@ -18,10 +18,19 @@ struct Options {
   double near_m = 0.5, far_m = 5.0;
   int width = 640, height = 480, fps = 30;
   int depth_late_ms = 0;
-  std::uint64_t carried_at = 1'000'000;
+  static constexpr std::uint64_t kNever = 1'000'000;
+  std::uint64_t carried_at = kNever;
+  // Faults, by frame; each lasts for so many frames.
+  std::uint64_t unplug_at = kNever, back_after = kNever;
+  std::uint64_t freeze_at = kNever, black_at = kNever, saturate_at = kNever, no_depth_at = kNever;
+  std::uint64_t time_back_at = kNever, fault_for = kNever;
+  double fx_scale = 1;
 
-  Intrinsics intrinsics() const;
-  // Stamps start at a fixed epoch, each robot's 11 ms after the one before it: no two cameras are in step.
+  Intrinsics intrinsics() const;          // true
+  Intrinsics claimed_intrinsics() const;  // what the camera says
+  bool faulty(std::uint64_t since, std::uint64_t frame) const { return frame >= since && frame - since < fault_for; }
+  // True, whatever the camera says. Stamps start at a fixed epoch, each robot's 11 ms after the one before it: no two
+  // cameras are in step.
   FrameTime time(std::uint64_t frame) const;
 };
 Result<Options> parse_options(const CameraAddress& address);

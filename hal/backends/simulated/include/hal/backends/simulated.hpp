@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -36,6 +37,16 @@ namespace onemap::hal {
 //                                  carried it there
 //   depth_late_ms    0  -50..50    after colour by which depth is measured, in place and in its time stamp
 //
+// Faults, for tests; the frame from which on, 1..1000000, never by default, and for how many frames:
+//
+//   unplug_at, back_after          it is gone (Grab::gone) from that frame on, for so many frames of its time
+//   freeze_at                      it shows the picture and the depth of the frame before again and again
+//   black_at, saturate_at          its pictures are black or white
+//   no_depth_at                    its depth is 0
+//   time_back_at                   its times are an hour too early
+//   fault_for                      so many frames of each of these but unplug_at
+//   fx_scale         1  0.5..2     the focal lengths that it claims, of the true ones
+//
 // An unknown scene, an unknown option or a value out of its range is an error that lists what is valid.
 Result<std::unique_ptr<DepthCamera>> open_simulated(const CameraAddress& address);
 Status check_simulated(const CameraAddress& address);
@@ -47,6 +58,9 @@ struct SimulatedPose {
   std::array<double, 3> t_world_camera_m{};
   std::array<double, 4> q_world_camera_xyzw{0, 0, 0, 1};  // unit quaternion, w >= 0
 };
+
+// The truth of one frame of the stream, by its index.
+Result<std::function<SimulatedPose(std::uint64_t)>> simulated_pose(const CameraAddress& address);
 
 // The truth of every frame that the address gives, oldest first: what TUM calls groundtruth.txt.
 Result<std::vector<SimulatedPose>> simulated_truth(const CameraAddress& address);

@@ -1,0 +1,78 @@
+#include "daemon/map_drawing.hpp"
+
+#include <algorithm>
+
+#include "daemon/team_words.hpp"
+#include "mapping/team/map_up.hpp"
+#include "mapping/team/placed_anchors.hpp"
+#include "mapping/team/way_on_map.hpp"
+
+namespace onemap::daemon {
+
+namespace {
+
+SavedPath make_path(const std::string& name, render::Color color, const std::vector<mapping::StampedPose>& poses,
+                    const std::vector<mapping::QuantizedPose>& keyframes) {
+  SavedPath path{name, color, {}, {}, keyframes};
+  path.poses.reserve(poses.size());
+  for (const mapping::StampedPose& pose : poses) path.poses.push_back(pose.T_robot_camera);
+  return path;
+}
+
+// The same in every picture of the team, whoever draws it.
+render::Color color_of(const mapping::TeamLog& log, const std::string& robot) {
+  std::vector<std::string> names;
+  const std::vector<RobotId> robots = log.robots();
+  names.reserve(robots.size() + 1);
+  for (const RobotId& id : robots) names.push_back(id.name());
+  if (std::ranges::find(names, robot) == names.end()) names.push_back(robot);
+  const auto place = std::ranges::find(names, robot) - names.begin();
+  return render::robot_colors(names)[static_cast<std::size_t>(place)];
+}
+
+mapping::MapTarget own_target(const mapping::TeamLog& log, const mapping::AtlasConfig& config) {
+  mapping::MapTarget target{mapping::alone_on_map(log.own_chain()), {}};
+  target.solution.map = mapping::map_parameters(config);
+  target.extents = mapping::everything_here(log, target.solution);
+  return target;
+}
+
+}  // namespace
+
+std::vector<mapping::PlacedKeyframe> placed_keyframes(const MapSource& from) {
+  if (from.solution != nullptr) return mapping::placed_keyframes(from.log, *from.solution);
+  return mapping::placed_keyframes(from.log, mapping::alone_on_map(from.log.own_chain()));
+}
+
+std::optional<mapping::Vector3f> up_of(const MapSource& from) {
+  if (from.solution == nullptr) return std::nullopt;
+  return mapping::unit_vector(from.solution->up);
+}
+
+std::vector<std::uint8_t> save_global(const MapSource& from, const std::string& title) {
+  std::vector<SavedPath> paths;
+  for (const mapping::SolvedRobot& solved : from.solution->robots)
+    if (const mapping::TeamMember* member = from.log.find(solved.chain); member != nullptr)
+      paths.push_back(make_path(chain_name(from.log, solved.chain), color_of(from.log, solved.chain.robot.name()),
+                                mapping::way_on_map(*member, solved), mapping::keyframes_on_map(*member, solved)));
+  return save_map(title, paths, *from.map, from.solution->up);
+}
+
+std::optional<std::vector<std::uint8_t>> save_local(const MapSource& from, const Config& config,
+                                                    const std::string& title, const std::function<bool()>& stop) {
+  const mapping::TeamMember* own = from.log.own();
+  if (own == nullptr) return std::nullopt;
+  mapping::AtlasConfig atlas{config.mapper.map};
+  atlas.map.budget_bytes = config.global_budget_bytes;
+  mapping::MapFusion local(atlas.map.budget_bytes);
+  local.aim(from.log, own_target(from.log, atlas));
+  while (local.underway())
+    if (!local.step(stop) && stop()) return std::nullopt;
+  std::vector<mapping::QuantizedPose> keyframes;
+  keyframes.reserve(own->places.size());
+  for (const mapping::KeyframePlace& place : own->places) keyframes.push_back(place.T_robot_keyframe);
+  const SavedPath path = make_path(config.id, color_of(from.log, config.id), own->trajectory(), keyframes);
+  return save_map(title, {&path, 1}, *local.map());
+}
+
+}  // namespace onemap::daemon

@@ -1,0 +1,66 @@
+// What a running daemon writes beside its map: recordings that play, and snapshots of the map.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/running.hpp"
+
+namespace onemap {
+namespace {
+
+using namespace std::chrono_literals;
+using test::Robot;
+using test::TempFolder;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+std::string settings(const TempFolder& folder, const std::string& toml) {
+  folder.write("robot.toml", toml);
+  return folder / "robot.toml";
+}
+
+TEST(Outputs, ARecordedWalkIsMappedAgainAsItWas) {
+  const TempFolder folder;
+  const auto config = settings(folder, "[record]\nstart = true\nleast_free_mb = 1\n");
+  const std::vector<std::string> fast{"--once", "--speed", "max"};
+  auto recorded = fast;
+  recorded.insert(recorded.end(), {"--config", config});
+  Robot first(folder, "first", "simulated:living-room?frames=60&seed=4", recorded, "robot");
+  ASSERT_EQ(first.ends(120s), 0) << first.log();
+  const std::string recording = first.out() / "recordings/0001";
+  EXPECT_THAT(first.log(), HasSubstr("recorded 60 frames"));
+  Robot again(folder, "again", "replay:" + recording, fast, "robot");
+  ASSERT_EQ(again.ends(120s), 0) << again.log();
+  EXPECT_GT(test::lines(first.out() / "trajectory.txt"), 50u);
+  EXPECT_EQ(test::text_of(again.out() / "trajectory.txt"), test::text_of(first.out() / "trajectory.txt"));
+  EXPECT_EQ(again.status("map_digest", std::string("none")), first.status("map_digest", std::string()));
+}
+
+TEST(Outputs, WhatAKilledDaemonRecordedPlays) {
+  const TempFolder folder;
+  const auto config = settings(folder, "[record]\nstart = true\nleast_free_mb = 1\n");
+  Robot killed(folder, "killed", "simulated:living-room?frames=100000&seed=4", {"--config", config});
+  const fs::path recording = killed.out() / "recordings/0001";
+  ASSERT_TRUE(test::wait_until([&] { return test::lines(recording / "rgb.txt") > 30; }, 60s)) << killed.log();
+  killed.process().kill();
+  Robot again(folder, "again", "replay:" + recording.string(), {"--once", "--speed", "max"});
+  EXPECT_EQ(again.ends(120s), 0) << again.log();
+  EXPECT_GT(test::lines(again.out() / "trajectory.txt"), 20u);
+}
+
+TEST(Outputs, SnapshotsFollowTheMapWhileARobotWorks) {
+  const TempFolder folder;
+  const auto config = settings(folder,
+                               "[run]\nmerge_while_mapping_s = 1\n[snapshots]\non_change = true\nviews = [\"top\"]\n"
+                               "keep = 2\n");
+  Robot robot(folder, "robot", "simulated:house?frames=100000&seed=4", {"--config", config});
+  const fs::path latest = robot.out() / "snapshots/latest";
+  ASSERT_TRUE(test::wait_until([&] { return fs::exists(latest / "local.glb"); }, 120s)) << robot.log();
+  EXPECT_TRUE(fs::exists(latest / "local_top.png"));
+  EXPECT_THAT(robot.log(), HasSubstr("snapshot in "));
+  ASSERT_TRUE(test::wait_until([&] { return fs::exists(robot.out() / "snapshots/000003"); }, 240s)) << robot.log();
+  EXPECT_FALSE(fs::exists(robot.out() / "snapshots/000001"));
+  EXPECT_EQ(robot.stop(), 0) << robot.log();
+}
+
+}  // namespace
+}  // namespace onemap
