@@ -381,6 +381,7 @@ DaemonStatus App::status() const {
   s.robots_known = team.robots_known;
   s.robots_finished = team.robots_finished;
   s.robots_in_map = team.robots_in_map;
+  for (const auto& [robot, keyframes] : team.keyframes_in_map) s.keyframes_in_map[robot.name()] = keyframes;
   s.frontier_digest = radio.frontier_digest;
   s.refused = refusals(team, radio);
   s.waiting = standing_.waiting;

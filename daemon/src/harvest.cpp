@@ -40,9 +40,9 @@ void Harvest::write_what_takes_long() {
 }
 
 std::optional<std::vector<std::uint8_t>> Harvest::saved_map() const {
-  const mapping::SolutionRecord* solution = from_.team.map().solution();
-  if (solution == nullptr || from_.team.map().map() == nullptr) return std::nullopt;
-  return save_global(source(), "the last map of " + config_.id);
+  const MapSource from = source();
+  if (from.solution == nullptr || from.map == nullptr) return std::nullopt;
+  return save_global(from, "the last map of " + config_.id);
 }
 
 Status Harvest::draw() {
@@ -96,7 +96,7 @@ Status Harvest::write_graph() const {
 
 Status Harvest::write_plan() {
   const Instant began = now();
-  auto survey = mapping::survey(placed_keyframes(source()), config_.plan, up_of(source()));
+  auto survey = survey_of(source(), config_.plan);
   if (!survey) {  // a desk without a floor is no failure
     log_.line("no {}", survey.error().text());
     return success();

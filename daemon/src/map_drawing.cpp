@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "daemon/team_words.hpp"
-#include "mapping/team/map_up.hpp"
 #include "mapping/team/placed_anchors.hpp"
 #include "mapping/team/way_on_map.hpp"
 
@@ -39,14 +38,10 @@ mapping::MapTarget own_target(const mapping::TeamLog& log, const mapping::AtlasC
 
 }  // namespace
 
-std::vector<mapping::PlacedKeyframe> placed_keyframes(const MapSource& from) {
-  if (from.solution != nullptr) return mapping::placed_keyframes(from.log, *from.solution);
-  return mapping::placed_keyframes(from.log, mapping::alone_on_map(from.log.own_chain()));
-}
-
-std::optional<mapping::Vector3f> up_of(const MapSource& from) {
-  if (from.solution == nullptr) return std::nullopt;
-  return mapping::unit_vector(from.solution->up);
+Result<mapping::Survey> survey_of(const MapSource& from, const mapping::SurveyConfig& config) {
+  if (from.solution == nullptr)
+    return survey(mapping::placed_keyframes(from.log, mapping::alone_on_map(from.log.own_chain())), config);
+  return survey(mapping::placed_keyframes(from.log, *from.solution), config, mapping::unit_vector(from.solution->up));
 }
 
 std::vector<std::uint8_t> save_global(const MapSource& from, const std::string& title) {

@@ -173,7 +173,7 @@ Result<bool> Snapshots::draw(const MapPicture& picture) {
 }
 
 Result<bool> Snapshots::plan(const std::string& folder, const MapSource& from) const {
-  const auto survey = mapping::survey(placed_keyframes(from), config_.plan, up_of(from));
+  const auto survey = survey_of(from, config_.plan);
   if (!survey) return false;  // a desk without a floor is no failure
   for (const std::string& stem : {folder + "/map", config_.out + "/map"})
     if (auto written = render::write_map_server(stem, survey->plan, survey->T_level_map); !written)

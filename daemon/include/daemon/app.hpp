@@ -92,7 +92,7 @@ class App {
   Standing standing_;
   MapAgreement map_agreement_;
   Instant finished_at_{}, agreed_at_{}, stuck_at_{}, status_at_{}, said_at_{};
-  bool finished_ = false, status_written_ = true, asked_to_stop_ = false;
+  bool finished_ = false, asked_to_stop_ = false, status_written_ = true;
   std::optional<KeptMap> kept_map_;
   double peak_rss_mb_ = 0;
 };

@@ -76,7 +76,7 @@ class Team {
   const Publish publish_;
   std::function<void(const mapping::TeamEvent&)> told_;
   mapping::TeamMap map_;
-  mutable std::mutex mutex_;  // of inbox_, view_, looks_ and links_
+  mutable std::mutex mutex_;  // of inbox_, view_, links_ and looks_
   std::condition_variable wake_;
   Inbox inbox_;
   TeamView view_;

@@ -10,9 +10,8 @@
 
 namespace onemap::daemon {
 
-// SNAPSHOT, RECORD, SAVE and LOAD: what takes long is done by a thread of its
-// own. Paths from outside are names of files below OUT, and nothing else of the
-// machine.
+// SNAPSHOT, RECORD, SAVE and LOAD: what takes long is done by a thread of its own. Paths from outside are names of
+// files below OUT, and nothing else of the machine.
 class OutputActions {
  public:
   // All must outlive it.
@@ -41,8 +40,7 @@ class OutputActions {
   JobThread jobs_{"control jobs"};
 };
 
-// OUT/NAME, of a request's `path`; the error says why that is no name below
-// OUT. otherwise: when it has none.
+// OUT/NAME, of a request's `path`; the error says why that is no name below OUT. otherwise: when it has none.
 Result<std::string> path_below(const std::string& out, const Json& request, const std::string& otherwise);
 
 }  // namespace onemap::daemon
