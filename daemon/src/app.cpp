@@ -179,6 +179,7 @@ void App::stop() {
   service_.stopping();
   if (!pipeline_->progress().finished) pipeline_->abandon();
   capture_->stop();
+  output_actions_->stop();
   recorder_->stop();
   snapshots_->stop();
   pipeline_->join();
@@ -214,7 +215,10 @@ Status App::open_control() {
   began_ = now();
   const Control::Sources sources{[this] { return facts(); },
                                  [this](const PoseNow& pose) { return map_correction(team_->view(), pose); }};
-  control_ = std::make_unique<Control>(*loop_, sources, team_actions(*team_), log_);
+  ControlActions actions = team_actions(*team_);
+  output_actions_ = std::make_unique<OutputActions>(config_, *snapshots_, *recorder_, take_from(*team_));
+  output_actions_->add_to(actions);
+  control_ = std::make_unique<Control>(*loop_, sources, std::move(actions), log_);
   pipeline_->on_pose([this](const PoseNow& pose) { control_->pose(pose); });
   team_->on_event([this](const mapping::TeamEvent& event) { control_->event(event); });
   return control_->open(config_, ONEMAP_VERSION);
@@ -243,6 +247,8 @@ RobotFacts App::facts() const {
   facts.team = team_->view();
   facts.links = team_->links();
   facts.radio = radio_->view();
+  facts.recorder = recorder_->view();
+  facts.snapshots = snapshots_->view();
   facts.life = facts.radio.life;
   facts.place = place_facts(config_.out);
   return facts;
@@ -277,6 +283,7 @@ void App::tick() {
   take_standing(t);
   watch(t);
   snapshots_->tick(t, team_->view().digest);
+  output_actions_->tick();
   if (t - status_at_ < kStatusInterval) return;
   status_at_ = t;
   const DaemonStatus s = status();
@@ -287,7 +294,7 @@ void App::tick() {
 // A disk that is full or gone is no reason to end: the map is with the team, and the disk may come back.
 void App::note_status(const Status& written) {
   if (!written && status_written_)
-    log_.line("{}; going on without it until that can be written", written.error().text());
+    log_.warn("{}; going on without it until that can be written", written.error().text());
   if (written && !status_written_) log_.line("{}/status.json is written again", config_.out);
   status_written_ = written.ok();
 }
