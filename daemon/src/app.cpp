@@ -38,6 +38,15 @@ PlaceFacts place_facts(const std::string& out) {
   return place;
 }
 
+MapKeeper::Take settled_map_of(Team& team, const std::string& id) {
+  return [take = take_from(team), id](const std::function<bool()>& stop) -> std::optional<MapKeeper::Saved> {
+    const auto copy = take(stop);
+    if (!copy || !copy->map || !copy->solution) return std::nullopt;
+    const MapSource source{copy->log, &*copy->solution, &*copy->map};
+    return MapKeeper::Saved{copy->digest, save_global(source, "the last map of " + id)};
+  };
+}
+
 std::string names(const std::set<RobotId>& robots) {
   std::string text;
   for (const RobotId& robot : robots) text += (text.empty() ? "" : ", ") + robot.name();
@@ -103,6 +112,7 @@ Status App::open_rest() {
   recorder_ = std::make_unique<Recorder>(recorder_config(config_), camera_->intrinsics(), camera_->description(),
                                          truth_of(config_.camera), log_);
   snapshots_ = std::make_unique<Snapshots>(config_, take_from(*team_), failures_, log_);
+  map_keeper_ = std::make_unique<MapKeeper>(*kept_map_, settled_map_of(*team_, config_.id), failures_, log_);
   capture_->listen([this](const hal::FrameView& frame) { recorder_->offer(frame); });
   Outbox outbox;
   outbox.publish = [this](OutgoingRecord record) { radio_->publish(std::move(record)); };
@@ -169,6 +179,7 @@ void App::start() {
   radio_->start();
   pipeline_->start();
   snapshots_->start();
+  map_keeper_->start();
   if (config_.record.start)
     if (auto begun = recorder_->start(next_recording(config_.out)); !begun)
       log_.line("not recording: {}", begun.error().text());
@@ -182,6 +193,7 @@ void App::stop() {
   output_actions_->stop();
   recorder_->stop();
   snapshots_->stop();
+  map_keeper_->stop();
   pipeline_->join();
   if (config_.alone()) await_map();
   team_->stop(quick() ? kQuick : Team::kForTheMap);
@@ -284,6 +296,7 @@ void App::tick() {
   watch(t);
   snapshots_->tick(t, team_->view().digest);
   output_actions_->tick();
+  map_keeper_->tick(team_->view().digest, map_agreement_.agreed(), t);
   if (t - status_at_ < kStatusInterval) return;
   status_at_ = t;
   const DaemonStatus s = status();

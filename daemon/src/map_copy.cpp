@@ -23,11 +23,12 @@ mapping::VoxelMap copy_of(const mapping::VoxelMap& map) {
 }
 
 MapCopy copy_map(const mapping::TeamMap& team) {
-  MapCopy copy{team.log(), std::nullopt, std::nullopt, {}};
+  MapCopy copy{team.log(), std::nullopt, std::nullopt, {}, 0};
   const mapping::SolutionRecord* solution = team.solution();
   if (solution == nullptr || team.map() == nullptr) return copy;
   copy.solution = *solution;
   copy.map.emplace(copy_of(*team.map()));
+  copy.digest = team.view().digest;
   return copy;
 }
 

@@ -4,6 +4,7 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <thread>
 
 #include "support/notify_socket.hpp"
 #include "support/program.hpp"
@@ -88,6 +89,19 @@ TEST_F(SystemService, AQuickStopKeepsTheMapAndDrawsNothing) {
         HasSubstr(spoilt ? "map-" + digest + ".omap: the kept map is not the one that was written; set aside as "
                          : "the last map of an earlier life is " + state + "/map-" + digest + ".omap"));
   }
+}
+
+// Killed at any moment, it has a map that is at most half a minute old.
+TEST_F(SystemService, TheMapIsKeptWhileItWorks) {
+  ChildProcess robot = start("simulated:office?frames=1000000");
+  const std::string pointer = folder_ / "state/settled-map";
+  for (int i = 0; i < 1200 * kPatience && !std::filesystem::exists(pointer); ++i) std::this_thread::sleep_for(50ms);
+  robot.kill();
+  const std::string text = test::text_of(pointer), digest = text.substr(0, text.find(' '));
+  ASSERT_EQ(digest.size(), 16u) << test::text_of(folder_ / "log");
+  EXPECT_THAT(test::text_of(folder_ / "log"), HasSubstr("map " + digest)) << "it is one that the team had";
+  const std::string map = folder_ / ("state/map-" + digest + ".omap");
+  EXPECT_EQ(test::run("onemap-view", {map, "--ply", folder_ / "map.ply"}, folder_ / "said"), 0);
 }
 
 TEST_F(SystemService, WithoutACameraItIsNeverReadyAndSaysWhy) {

@@ -14,6 +14,7 @@
 #include "daemon/kept_map.hpp"
 #include "daemon/log.hpp"
 #include "daemon/map_agreement.hpp"
+#include "daemon/map_keeper.hpp"
 #include "daemon/options.hpp"
 #include "daemon/pipeline.hpp"
 #include "daemon/radio.hpp"
@@ -94,6 +95,7 @@ class App {
   Instant finished_at_{}, agreed_at_{}, stuck_at_{}, status_at_{}, said_at_{};
   bool finished_ = false, asked_to_stop_ = false, status_written_ = true;
   std::optional<KeptMap> kept_map_;
+  std::unique_ptr<MapKeeper> map_keeper_;
   double peak_rss_mb_ = 0;
 };
 

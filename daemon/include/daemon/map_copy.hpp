@@ -12,7 +12,8 @@ struct MapCopy {
   mapping::TeamLog log;
   std::optional<mapping::SolutionRecord> solution;  // of `map`; neither while there is no global map
   std::optional<mapping::VoxelMap> map;
-  Duration took{};  // of the team's thread
+  Duration took{};           // of the team's thread
+  std::uint64_t digest = 0;  // as the team says it
 };
 
 // The same blocks in a map just large enough.
