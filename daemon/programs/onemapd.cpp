@@ -4,11 +4,12 @@
 int main(int argc, char** argv) {
   using namespace onemap::daemon;
   return run_program("onemapd", argc, argv, [](const std::vector<std::string>& arguments) {
-    StopSignals signals;  // before anything that could be stopped
+    StopSignals signals(Hangup::reloads);  // before anything that could be stopped
     auto options = parse_daemon_options(arguments);
     if (!options.value) return end(options);
     Log log(options.value->id);
     App app(std::move(*options.value), log);
+    app.on_reload([&] { app.reload(reload_config(arguments)); });
     return static_cast<int>(app.run(signals));
   });
 }

@@ -1,10 +1,17 @@
 #include "daemon/app.hpp"
 
+#include <sys/statvfs.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
+#include <csignal>
 #include <thread>
 
 #include "daemon/clock.hpp"
-#include "daemon/harvest.hpp"
+#include "daemon/control/output_actions.hpp"
+#include "daemon/control/replies.hpp"
+#include "daemon/reload.hpp"
 #include "hal/base/text.hpp"
 #include "mapping/records/hello.hpp"
 
@@ -15,9 +22,21 @@ constexpr auto kTick = std::chrono::milliseconds(50);
 constexpr auto kStatusInterval = std::chrono::milliseconds(250);
 constexpr auto kSayInterval = std::chrono::seconds(10);
 constexpr auto kStuckPatience = std::chrono::seconds(5);
-constexpr auto kLastWords = std::chrono::seconds(2);  // for neighbours to take control and pose records at the end
+constexpr Duration kLastWords = std::chrono::seconds(2);  // for neighbours to take control and pose records at the end
+
+constexpr Duration kQuick = std::chrono::milliseconds(300);  // for each of the above, when the end must be soon
 
 Duration seconds(double s) { return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s)); }
+
+PlaceFacts place_facts(const std::string& out) {
+  PlaceFacts place;
+  place.out = out;
+  struct statvfs disk {};
+  if (statvfs(out.c_str(), &disk) == 0)
+    place.disk_free_bytes = static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize;
+  place.out_writable = access(out.c_str(), W_OK) == 0;
+  return place;
+}
 
 std::string names(const std::set<RobotId>& robots) {
   std::string text;
@@ -27,24 +46,42 @@ std::string names(const std::set<RobotId>& robots) {
 }  // namespace
 
 App::App(Config config, Log& log, std::span<const hal::Backend> cameras)
-    : config_(std::move(config)), log_(log), cameras_(cameras) {}
+    : config_(std::move(config)), log_(log), cameras_(cameras), service_(log) {}
 
 Exit App::run(StopSignals& signals) {
-  if (auto status = guarded("camera", [this] { return open_camera(); }); !status) {
-    log_.line("{}", status.error().text());
-    return Exit::failed;
-  }
-  if (auto status = guarded("start", [this] { return open_rest(); }); !status) {
-    log_.line("{}", status.error().text());
-    return Exit::failed;
-  }
+  for (const auto& [place, open] : std::initializer_list<std::pair<const char*, std::function<Status()>>>{
+           {"camera", [this] { return open_camera(); }},
+           {"start", [this] { return open_rest(); }},
+           {"control", [&] { return open_loop(signals); }}})
+    if (auto status = guarded(place, open); !status) return failed_to_start(status.error());
   start();
-  const End end = work(signals);
+  service_.ready();
+  const End end = work();
+  control_->close();
   stop();
   Harvest harvest(config_, {*capture_, *pipeline_, *team_, *radio_, standing_.agreed, peak_rss_mb_}, log_);
-  Status written = harvest.write();
+  keep_map(harvest);
+  Status written = harvest.write(quick() ? Harvest::Extent::quick : Harvest::Extent::everything);
   if (auto status = write_status(config_.out + "/status.json", this->status()); !status && written) written = status;
   return verdict(end, written);
+}
+
+Exit App::failed_to_start(const Error& error) {
+  log_.error("{}", error.text());
+  service_.failed(error);
+  return Exit::failed;
+}
+
+void App::reload(const Result<Config>& loaded) {
+  service_.reloading(now());
+  if (loaded) {
+    const ReloadPlan plan = plan_reload(config_, *loaded);
+    apply_reload(plan, *loaded, config_);
+    log_.line("configuration read again: {}", to_text(plan));
+  } else {
+    log_.line("{}", loaded.error().text());
+  }
+  service_.ready();
 }
 
 Status App::open_camera() {
@@ -53,17 +90,20 @@ Status App::open_camera() {
   camera_ = std::move(*camera);
   if (auto status = check_camera(config_, camera_->intrinsics()); !status) return status;
   frames_expected_ = camera_->frames_expected();
-  log_.line("camera {}", camera_->description());
+  camera_facts_ = {config_.camera, camera_->description(), camera_->live(), false, false, camera_->intrinsics()};
+  log_.line("camera {}", camera_facts_.description);
   return success();
 }
 
 Status App::open_rest() {
   if (auto status = make_folder(config_.out); !status) return status;
+  open_kept_map();
   if (auto status = open_team(); !status) return status;
   capture_ = std::make_unique<Capture>(*camera_, config_.speed, failures_, log_);
   recorder_ = std::make_unique<Recorder>(recorder_config(config_), camera_->intrinsics(), camera_->description(),
                                          truth_of(config_.camera), log_);
   snapshots_ = std::make_unique<Snapshots>(config_, take_from(*team_), failures_, log_);
+  if (auto status = open_poses(); !status) return status;
   capture_->listen([this](const hal::FrameView& frame) { recorder_->offer(frame); });
   Outbox outbox;
   outbox.publish = [this](OutgoingRecord record) { radio_->publish(std::move(record)); };
@@ -99,6 +139,26 @@ Status App::open_team() {
   return success();
 }
 
+// The map of an earlier life is for people: the robot finds itself in what its neighbours hold.
+void App::open_kept_map() {
+  kept_map_.emplace(config_.out);
+  const auto kept = kept_map_->open();
+  if (!kept)
+    log_.line("{}", kept.error().text());
+  else if (*kept)
+    log_.line("the last map of an earlier life is {}", (*kept)->file);
+}
+
+void App::keep_map(const Harvest& harvest) {
+  const std::uint64_t digest = team_->view().digest;
+  if (kept_map_->kept() && kept_map_->kept()->digest == digest) return;
+  const Status kept = guarded("settled map", [&] {
+    const auto map = harvest.saved_map();
+    return map ? kept_map_->keep(digest, *map, now()) : success();
+  });
+  if (!kept) log_.line("the settled map is not kept: {}", kept.error().text());
+}
+
 OutgoingRecord App::greeting() const {
   const mapping::HelloRecord hello{config_.id, printable(printable(config_.camera).substr(0, 180))};
   return {mapping::Lane::control, mapping::RecordKind::hello, encode(hello)};
@@ -112,35 +172,120 @@ void App::start() {
   snapshots_->start();
   if (config_.record.start)
     if (auto begun = recorder_->start(next_recording(config_.out)); !begun)
-      log_.line("not recording: {}", begun.error().text());
+      log_.warn("not recording: {}", begun.error().text());
   capture_->start();
 }
 
 void App::stop() {
+  service_.stopping();
   if (!pipeline_->progress().finished) pipeline_->abandon();
   capture_->stop();
   recorder_->stop();
   snapshots_->stop();
   pipeline_->join();
   if (config_.alone()) await_map();
-  team_->stop();
-  radio_->stop(kLastWords);
+  team_->stop(quick() ? kQuick : Team::kForTheMap);
+  radio_->stop(quick() ? kQuick : kLastWords);
   peak_rss_mb_ = daemon::peak_rss_mb();
 }
 
 // Nobody else's records are missing: the map is soon there.
 void App::await_map() {
-  for (const Instant end = now() + kLastWords; now() < end && !team_->view().settled && !failures_.any();)
+  for (const Instant end = now() + (quick() ? kQuick : kLastWords);
+       now() < end && !team_->view().settled && !failures_.any();)
     std::this_thread::sleep_for(kTick / 5);
   take_standing(now());
 }
 
-App::End App::work(StopSignals& signals) {
-  while (!signals.wait(kTick)) {
+Status App::open_loop(StopSignals& signals) {
+  auto loop = EventLoop::open();
+  if (!loop) return loop.error();
+  loop_ = std::move(*loop);
+  const auto watched = loop_->watch(signals.descriptor(), EventLoop::kReadable,
+                                    [this, &signals](std::uint32_t) { take_signals(signals); });
+  if (!watched) return watched.error();
+  const auto ticks = loop_->every(kTick, [this] {
     tick();
-    if (failures_.any()) return End::failed;
-    if (config_.once && done()) return End::done;
+    if (failures_.any() || (config_.once && done())) loop_->stop();
+  });
+  return ticks ? open_control() : Status(ticks.error());
+}
+
+Status App::open_control() {
+  began_ = now();
+  const Control::Sources sources{[this] { return facts(); },
+                                 [this](const PoseNow& pose) { return map_correction(team_->view(), pose); }};
+  ControlActions actions;
+  actions.snapshot = snapshot_action(*snapshots_, config_);
+  actions.record = record_action(*recorder_, config_);
+  control_ = std::make_unique<Control>(*loop_, sources, actions, log_);
+  pipeline_->on_pose([this](const PoseNow& pose) {
+    control_->pose(pose);
+    tell_pose(pose);
+  });
+  team_->on_event([this](const mapping::TeamEvent& event) { control_->event(event); });
+  return control_->open(config_, ONEMAP_VERSION);
+}
+
+Status App::open_poses() {
+  if (config_.poses_socket.empty()) return success();
+  auto streams = PoseStreams::open(config_.poses_socket);
+  if (!streams) return streams.error();
+  pose_streams_.emplace(std::move(*streams));
+  return success();
+}
+
+// The pipeline's thread: nobody here waits.
+void App::tell_pose(const PoseNow& pose) {
+  if (!pose.tracking || (!pose_streams_ && !recorder_->wants_poses())) return;
+  const RecordedPose now{pose.time, pose.T_odom_camera, map_correction(team_->view(), pose)};
+  recorder_->pose(now);
+  if (pose_streams_) pose_streams_->say(now);
+}
+
+RobotFacts App::facts() const {
+  RobotFacts facts;
+  facts.id = config_.id;
+  facts.version = ONEMAP_VERSION;
+  facts.alone = config_.alone();
+  if (!facts.alone) facts.listen = radio_->local();
+  facts.now = now();
+  facts.uptime_s = to_seconds(facts.now - began_);
+  facts.rss_mb = rss_mb();
+  facts.peak_rss_mb = daemon::peak_rss_mb();
+  facts.status = status();
+  facts.camera = camera_facts_;
+  facts.camera.away = capture_->away();
+  facts.camera.ended = capture_->ended();
+  facts.capture = capture_->counters();
+  facts.pipeline = pipeline_->view();
+  facts.local_blocks_most = mapping::VoxelMap::capacity_of(config_.mapper.map);
+  mapping::VoxelMapConfig global = config_.mapper.map;
+  global.budget_bytes = config_.global_budget_bytes;
+  facts.global_blocks_most = mapping::VoxelMap::capacity_of(global);
+  facts.team = team_->view();
+  facts.links = team_->links();
+  facts.radio = radio_->view();
+  facts.life = facts.radio.life;
+  facts.place = place_facts(config_.out);
+  return facts;
+}
+
+void App::take_signals(StopSignals& signals) {
+  while (const auto signal = signals.take()) {
+    if (*signal == SIGHUP && reload_) {
+      reload_();
+      continue;
+    }
+    asked_to_stop_ = true;
+    loop_->stop();
   }
+}
+
+App::End App::work() {
+  loop_->run();
+  if (failures_.any()) return End::failed;
+  if (!asked_to_stop_) return End::done;
   tick();
   const bool complete = capture_->ended() && pipeline_->progress().finished && standing_.agreed;
   return complete ? End::done : End::stopped;
@@ -154,17 +299,25 @@ void App::tick() {
   }
   take_standing(t);
   snapshots_->tick(t, team_->view().digest);
+  watch(t);
   if (t - status_at_ < kStatusInterval) return;
   status_at_ = t;
-  note_status(write_status(config_.out + "/status.json", status()));
+  const DaemonStatus s = status();
+  service_.show(s, t);
+  note_status(write_status(config_.out + "/status.json", s));
 }
 
 // A disk that is full or gone is no reason to end: the map is with the team, and the disk may come back.
 void App::note_status(const Status& written) {
   if (!written && status_written_)
-    log_.line("{}; going on without it until that can be written", written.error().text());
+    log_.warn("{}; going on without it until that can be written", written.error().text());
   if (written && !status_written_) log_.line("{}/status.json is written again", config_.out);
   status_written_ = written.ok();
+}
+
+void App::watch(Instant now) {
+  const std::array hearts{&capture_->heartbeat(), &pipeline_->heartbeat(), &team_->heartbeat(), &radio_->heartbeat()};
+  service_.watch(hearts, now);
 }
 
 void App::take_standing(Instant now) {
@@ -208,20 +361,20 @@ bool App::done() const {
 }
 
 Exit App::verdict(End end, const Status& written) {
-  if (failures_.any()) log_.line("failed: {}", failures_.first());
+  if (failures_.any()) log_.error("failed: {}", failures_.first());
   if (failures_.any() || !written) return Exit::failed;
   if (pipeline_->progress().tracked == 0 && capture_->ended()) {
-    log_.line("no frame could be placed: there is no map");
+    log_.error("no frame could be placed: there is no map; onemapctl doctor says what is wrong while it runs");
     return Exit::failed;
   }
   bool complete = end == End::done;
   if (config_.once) {
     const RadioView radio = radio_->view();
-    for (const std::string& peer : radio.peers_never_heard) log_.line("peer {} was never heard", peer);
+    for (const std::string& peer : radio.peers_never_heard) log_.warn("peer {} was never heard", peer);
     if (radio.left_out > 0)
-      log_.line("the map is without {} records of this robot: the store had no room", radio.left_out);
+      log_.warn("the map is without {} records of this robot: the store had no room", radio.left_out);
     const std::set<RobotId> cut_short = team_->view().cut_short;
-    if (!cut_short.empty()) log_.line("the map is without the rest of {}: silent to the end", names(cut_short));
+    if (!cut_short.empty()) log_.warn("the map is without the rest of {}: silent to the end", names(cut_short));
     complete = complete && standing_.agreed && radio.peers_never_heard.empty() && radio.id_also_used_at.empty() &&
                radio.left_out == 0 && cut_short.empty();
     if (!standing_.agreed && !standing_.waiting.empty()) log_.line("{}", standing_.waiting);
@@ -256,8 +409,7 @@ DaemonStatus App::status() const {
   s.tracking = pose.tracking;
   s.pose_time_s = to_seconds(pose.time.time_since_epoch());
   s.T_odom_camera = pose.T_odom_camera;
-  if (team.T_map_odometry && team.chain == pose.chain)
-    s.T_map_odom = mapping::from_quantized(*team.T_map_odometry) * pose.T_odom_robot.inverse();
+  s.T_map_odom = map_correction(team, pose);
   s.state = progress.finished && team.settled ? "settled" : progress.finished ? "merging" : "tracking";
   return s;
 }

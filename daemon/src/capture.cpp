@@ -8,6 +8,7 @@ namespace {
 constexpr std::size_t kQueued = 3;
 constexpr std::size_t kFrames = kQueued + 2;  // one being filled, one being processed: the pool never runs dry
 constexpr auto kPatience = std::chrono::milliseconds(100);
+constexpr auto kStuckAfter = std::chrono::seconds(20);  // a driver may take its time to open a camera that came back
 }  // namespace
 
 Capture::Capture(hal::DepthCamera& camera, Speed speed, Failures& failures, Log& log)
@@ -17,7 +18,8 @@ Capture::Capture(hal::DepthCamera& camera, Speed speed, Failures& failures, Log&
       log_(log),
       pool_(camera.intrinsics(), kFrames),
       queue_(kQueued),
-      live_(camera.live()) {}
+      live_(camera.live()),
+      heartbeat_("capture", kStuckAfter) {}
 
 Capture::~Capture() { stop(); }
 
@@ -43,7 +45,9 @@ void Capture::run() {
       if (stopping_) break;
     }
     hal::Frame frame = pool_.acquire();
+    heartbeat_.beat(now());
     const hal::Grab grab = camera_.grab(frame, kPatience);
+    heartbeat_.rest();  // for the pace and the pipeline it waits as long as they want
     if (grab == hal::Grab::end) {
       ended_ = true;
       break;
@@ -65,7 +69,7 @@ void Capture::tell(hal::Grab grab) {
   } else if (grab == hal::Grab::gone && !away_) {
     away_ = true;
     ++gone_;
-    log_.line("the camera is gone: {}; waiting for it", camera_.last_error().text());
+    log_.warn("the camera is gone: {}; waiting for it", camera_.last_error().text());
   } else if (grab == hal::Grab::frame && away_) {
     away_ = false;
     log_.line("the camera is back");
@@ -81,7 +85,7 @@ bool Capture::times_increase(hal::Frame& frame) {
     log_.limited("time back", "frame {} refused: its time, {:.3f} s, is not after the one before it", frame.index,
                  to_seconds(came));
   if (verdict == Verdict::moved)
-    log_.line("the camera's clock was set back: its times are moved by {:.3f} s from here on",
+    log_.warn("the camera's clock was set back: its times are moved by {:.3f} s from here on",
               to_seconds(times_.shift()));
   if (verdict == Verdict::returned) log_.line("the camera's clock is ahead again: its times are its own");
   return verdict != Verdict::refused;
@@ -91,7 +95,7 @@ bool Capture::usable(hal::Frame& frame) {
   if (!times_increase(frame)) return false;
   const FrameCheck::Seen seen = check_.look(frame.view());
   for (std::size_t i = 0; i < kFrameFaults; ++i) faults_[i] = check_.frames(static_cast<FrameFault>(i));
-  if (!seen.began.empty()) log_.line("frame {}: {}", frame.index, seen.began);
+  if (!seen.began.empty()) log_.warn("frame {}: {}", frame.index, seen.began);
   if (!seen.ended.empty()) log_.line("the camera is well again at frame {}: {}", frame.index, seen.ended);
   return !seen.frozen;
 }

@@ -9,6 +9,18 @@
 namespace onemap::daemon {
 
 namespace {
+// A size of this process, MiB.
+double of_own_status(const std::string& field) {
+  const auto text = read_text_file("/proc/self/status", kSmallFileBytes);
+  if (!text) return 0;
+  std::istringstream status(*text);
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with(field)) return std::stod(line.substr(field.size())) / 1024.0;
+  return 0;
+}
+}  // namespace
+
+namespace {
 Duration read_clock(clockid_t id) {
   timespec t{};
   clock_gettime(id, &t);
@@ -24,14 +36,9 @@ std::uint64_t wall_clock_ns() { return static_cast<std::uint64_t>(read_clock(CLO
 
 Duration wall_clock_offset() { return read_clock(CLOCK_REALTIME) - read_clock(CLOCK_MONOTONIC); }
 
-double peak_rss_mb() {
-  // Not getrusage: after fork and exec its maximum also holds the parent's size.
-  const auto text = read_text_file("/proc/self/status", kSmallFileBytes);
-  if (!text) return 0;
-  std::istringstream status(*text);
-  for (std::string line; std::getline(status, line);)
-    if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024.0;
-  return 0;
-}
+// Not getrusage: after fork and exec its maximum also holds the parent's size.
+double peak_rss_mb() { return of_own_status("VmHWM:"); }
+
+double rss_mb() { return of_own_status("VmRSS:"); }
 
 }  // namespace onemap::daemon

@@ -8,7 +8,6 @@
 #include <array>
 #include <charconv>
 #include <climits>
-#include <map>
 #include <optional>
 
 #include "daemon/addresses.hpp"
@@ -46,20 +45,27 @@ std::optional<ConfigValue> value_of(const toml::node& node) {
   return std::nullopt;
 }
 
-// Where each key stands in the file.
-using Lines = std::map<std::string, toml::source_region>;
+using Errors = std::vector<Error>;
 
-Status set_section(const std::string& file, std::string_view section, const toml::table& table, Config& config,
-                   Lines& lines) {
-  for (const auto& [name, node] : table) {
-    const ConfigKey* key = find_key(section, name.str());
-    if (!key) return at(file, name.source(), unknown_key(section, name.str()));
-    const auto value = value_of(node);
-    const Status set = value ? key->set(*value, config) : Error{"", "expected " + key->values};
-    if (!set) return at(file, node.source(), key->full_name() + ": " + set.error().reason);
-    lines[key->full_name()] = node.source();
-  }
-  return success();
+void set_key(const std::string& file, std::string_view section, const toml::key& name, const toml::node& node,
+             Config& config, Errors& errors) {
+  const ConfigKey* key = find_key(section, name.str());
+  if (!key) return errors.push_back(at(file, name.source(), unknown_key(section, name.str())));
+  const auto value = value_of(node);
+  const Status set = value ? key->set(*value, config) : Error{"", "expected " + key->values};
+  if (!set) return errors.push_back(at(file, node.source(), key->full_name() + ": " + set.error().reason));
+  config.origins[key->full_name()] = at(file, node.source(), "").place;
+}
+
+void set_section(const std::string& file, const toml::key& name, const toml::node& node, Config& config,
+                 Errors& errors) {
+  const auto sections = config_sections();
+  if (std::none_of(sections.begin(), sections.end(), [&](const ConfigSection& s) { return s.name == name.str(); }))
+    return errors.push_back(at(file, name.source(), unknown_section(name.str())));
+  const toml::table* table = node.as_table();
+  if (!table)
+    return errors.push_back(at(file, name.source(), fmt::format("'{0}' is a section: expected [{0}]", name.str())));
+  for (const auto& [key, value] : *table) set_key(file, name.str(), key, value, config, errors);
 }
 
 // A key's name for what the mapper calls it.
@@ -78,21 +84,21 @@ Status check_mapper(const Config& config) {
   return check_camera(config, camera);
 }
 
-Status set_all(const std::string& file, const toml::table& root, Config& config) {
-  Lines lines;
-  for (const auto& [section, node] : root) {
-    const toml::table* table = node.as_table();
-    const auto sections = config_sections();
-    const bool known = std::any_of(sections.begin(), sections.end(),
-                                   [&, &name = section](const ConfigSection& s) { return s.name == name.str(); });
-    if (!known) return at(file, section.source(), unknown_section(section.str()));
-    if (!table) return at(file, section.source(), fmt::format("'{0}' is a section: expected [{0}]", section.str()));
-    if (auto status = set_section(file, section.str(), *table, config, lines); !status) return status;
-  }
-  const Status fits = check_mapper(config);
-  if (fits) return success();
-  const auto line = lines.find(fits.error().place);
-  return line == lines.end() ? Error{file, fits.error().text()} : at(file, line->second, fits.error().text());
+// Where the value is from, instead of the key alone.
+Status located(const Status& status, const Config& config) {
+  if (status) return status;
+  const auto origin = config.origins.find(status.error().place);
+  return origin == config.origins.end() ? status : Error{origin->second, status.error().text()};
+}
+
+Status check_all(const Config& config) {
+  if (config.camera.empty()) return Error{"camera", "no camera given; say --camera ADDRESS or [robot] camera"};
+  if (config.out.empty()) return Error{"out", "no folder given to write to; say --out OUT or [robot] out"};
+  if (!RobotId::valid_name(config.id))
+    return Error{"id '" + config.id + "'", "expected 1 to 16 characters of A-Z a-z 0-9 _ . -, not starting with '.'"};
+  if (auto status = check_mapper(config); !status) return status;
+  if (auto status = check_addresses(config.listen, config.peers, config.group, own_network()); !status) return status;
+  return check_memory(config, memory_limit());
 }
 
 }  // namespace
@@ -106,14 +112,16 @@ Result<Speed> parse_speed(const std::string& text) {
   return Speed{false, factor};
 }
 
-Status load_config(const std::string& file, Config& config) {
+Errors read_config(const std::string& file, Config& config) {
   const auto text = read_text_file(file);
-  if (!text) return text.error();
+  if (!text) return {text.error()};
+  Errors errors;
   try {
-    return set_all(file, toml::parse(*text), config);
+    for (const auto& [section, node] : toml::parse(*text)) set_section(file, section, node, config, errors);
   } catch (const toml::parse_error& error) {
-    return at(file, error.source(), std::string(error.description()));
+    errors.push_back(at(file, error.source(), std::string(error.description())));
   }
+  return errors;
 }
 
 std::string id_from_host(const std::string& host) {
@@ -134,14 +142,6 @@ Status check_camera(const Config& config, const hal::Intrinsics& camera) {
   return fits ? success() : Error{key_of(fits.error().place), fits.error().reason};
 }
 
-Status check_config(const Config& config) {
-  if (config.camera.empty()) return Error{"camera", "no camera given; say --camera ADDRESS or [robot] camera"};
-  if (config.out.empty()) return Error{"out", "no folder given to write to; say --out OUT or [robot] out"};
-  if (!RobotId::valid_name(config.id))
-    return Error{"id '" + config.id + "'", "expected 1 to 16 characters of A-Z a-z 0-9 _ . -, not starting with '.'"};
-  if (auto status = check_mapper(config); !status) return status;
-  if (auto status = check_addresses(config.listen, config.peers, config.group, own_network()); !status) return status;
-  return check_memory(config, memory_limit());
-}
+Status check_config(const Config& config) { return located(check_all(config), config); }
 
 }  // namespace onemap::daemon

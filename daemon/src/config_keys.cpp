@@ -11,6 +11,7 @@
 #include "daemon/addresses.hpp"
 #include "daemon/cameras.hpp"
 #include "daemon/config_key.hpp"
+#include "daemon/control/listener.hpp"
 #include "hal/base/ids.hpp"
 
 namespace onemap::daemon {
@@ -92,17 +93,22 @@ ConfigKey megabytes(About about, Range<std::size_t> bytes, Field field) {
           words(range),  set,        [field](const Config& config) { return written(field(config) >> 20); }};
 }
 
-// Text that check() accepts; an empty one is as if nothing were said.
+// Text that check() accepts; an empty one is as if nothing were said: the default.
 ConfigKey text(About about, std::string values, std::string Config::*field, Status (*check)(const std::string&)) {
   const auto set = [field, check](const ConfigValue& value, Config& config) -> Status {
     const auto* words = std::get_if<std::string>(&value);
     if (!words) return Error{"", "expected a string"};
     if (auto status = words->empty() ? success() : check(*words); !status) return status;
-    config.*field = *words;
+    config.*field = words->empty() ? Config().*field : *words;
     return success();
   };
   return {about.section,     about.name, std::move(about.text),
           std::move(values), set,        [field](const Config& config) { return config.*field; }};
+}
+
+ConfigKey live(ConfigKey key) {
+  key.reload = Reload::live;
+  return key;
 }
 
 Status any(const std::string&) { return success(); }
@@ -143,6 +149,13 @@ Status set_once(const ConfigValue& value, Config& config) {
   const auto* once = std::get_if<bool>(&value);
   if (!once) return Error{"", "expected true or false"};
   config.once = *once;
+  return success();
+}
+
+Status set_quick_stop(const ConfigValue& value, Config& config) {
+  const auto* quick = std::get_if<bool>(&value);
+  if (!quick) return Error{"", "expected true or false"};
+  config.quick_stop = *quick;
   return success();
 }
 
@@ -191,15 +204,14 @@ constexpr Range<std::size_t> kPlacesBudget{std::size_t{4} << 20, std::size_t{4} 
 constexpr Range<float> kTruncation{2 * Limits::voxel_m.least, Limits::truncation_voxels.most* Limits::voxel_m.most};
 
 void add_robot(std::vector<ConfigKey>& keys) {
-  keys.push_back(text({"robot", "id",
-                       fmt::format("name of this robot, unique in the team; empty: made of the host's name, here {}",
-                                   id_from_host(host_name()))},
+  keys.push_back(text({"robot", "id", "name of this robot, unique in the team; empty: made of the host's name"},
                       "1 to 16 characters of A-Z a-z 0-9 _ . -, the first no '.'", &Config::id, check_id));
-  keys.push_back(text({"robot", "camera", "address of the camera, for example replay:DIR"},
-                      "BACKEND:PLACE, see --help; must be given here or as --camera", &Config::camera,
-                      check_camera_address));
-  keys.push_back(text({"robot", "out", "folder to write to; made when missing"},
-                      "a path; must be given here or as --out", &Config::out, any));
+  keys.push_back(text({"robot", "camera", "address of the camera; auto: the first that can be used of this machine's"},
+                      "auto, or BACKEND:PLACE, see onemapd --help", &Config::camera, check_camera_address));
+  keys.push_back(text({"robot", "out",
+                       "folder to write to; made when missing; empty: the service's $STATE_DIRECTORY, or a user's "
+                       "state folder (~/.local/state/onemap)"},
+                      "a path", &Config::out, any));
 }
 
 void add_network(std::vector<ConfigKey>& keys) {
@@ -222,17 +234,21 @@ void add_network(std::vector<ConfigKey>& keys) {
 void add_run(std::vector<ConfigKey>& keys) {
   keys.push_back({"run", "once", "finish when the camera's stream is over and the team agrees", "true or false",
                   set_once, [](const Config& config) { return config.once; }});
+  keys.push_back(
+      live({"run", "quick_stop",
+            "asked to stop, end within two seconds: trajectories and the map, but no pictures, models and plan",
+            "true or false", set_quick_stop, [](const Config& config) { return config.quick_stop; }}));
   keys.push_back({"run", "speed", "pace of a recording: a factor, or \"max\": every frame, as fast as it goes",
                   "0.01 to 1000, or \"max\"", set_speed, get_speed});
-  keys.push_back(number(
+  keys.push_back(live(number(
       {"run", "linger_s", "once: seconds to keep answering neighbours after all agree"}, kSeconds,
-      [](auto& c) -> auto& { return c.linger_s; }));
+      [](auto& c) -> auto& { return c.linger_s; })));
   keys.push_back(number<double>(
       {"run", "lost_after_s", "seconds of silence after which a robot is not waited for"}, {1, kSeconds.most},
       [](auto& c) -> auto& { return c.lost_after_s; }));
-  keys.push_back(number(
+  keys.push_back(live(number(
       {"run", "peer_wait_s", "once: seconds to wait for peers that were never heard"}, kSeconds,
-      [](auto& c) -> auto& { return c.peer_wait_s; }));
+      [](auto& c) -> auto& { return c.peer_wait_s; })));
   keys.push_back(number(
       {"run", "merge_while_mapping_s",
        "seconds between looks for links while robots map; 0: only at the end, and no map before"},
@@ -300,12 +316,23 @@ void add_map(std::vector<ConfigKey>& keys) {
   keys.push_back(megabytes(
       {"map", "global_budget_mb", "MB for the team's map; full: blocks are refused and counted"}, kBudget,
       [](auto& c) -> auto& { return c.global_budget_bytes; }));
-  keys.push_back(number(
+  keys.push_back(live(number(
       {"map", "plan_cell_m", "side of a square of the floor plan (map.pgm) in metres"}, kPlanCell_m,
-      [](auto& c) -> auto& { return c.plan.space.cell_m; }));
-  keys.push_back(megabytes(
+      [](auto& c) -> auto& { return c.plan.space.cell_m; })));
+  keys.push_back(live(megabytes(
       {"map", "plan_budget_mb", "MB for the free space under the floor plan; full: votes are refused and counted"},
-      kBudget, [](auto& c) -> auto& { return c.plan.space.budget_bytes; }));
+      kBudget, [](auto& c) -> auto& { return c.plan.space.budget_bytes; })));
+}
+
+void add_control(std::vector<ConfigKey>& keys) {
+  keys.push_back(text({"control", "socket",
+                       "Unix socket for onemapctl; empty: $RUNTIME_DIRECTORY/control.sock, else "
+                       "$XDG_RUNTIME_DIR/onemap/ID.sock, else OUT/control.sock"},
+                      "a path of at most 107 bytes", &Config::control_socket, any));
+  keys.push_back(text({"control", "tcp", "TCP port of loopback that answers the same and changes nothing; empty: none"},
+                      "ADDR:PORT of loopback, such as 127.0.0.1:4680", &Config::control_tcp, check_loopback));
+  keys.push_back(text({"control", "metrics", "TCP port of loopback for Prometheus (GET /metrics); empty: none"},
+                      "ADDR:PORT of loopback, such as 127.0.0.1:9464", &Config::control_metrics, check_loopback));
 }
 
 // A list of some of these words, each once. field(config) is the list.
@@ -367,14 +394,23 @@ void add_snapshots(std::vector<ConfigKey>& keys) {
       [](auto& c) -> auto& { return c.snapshots.maps; }));
 }
 
+void add_poses(std::vector<ConfigKey>& keys) {
+  keys.push_back(text({"poses", "socket",
+                       "Unix sockets for other programs, a line `time tx ty tz qx qy qz qw` a frame: SOCKET.odom never "
+                       "jumps, SOCKET.map may; empty: none"},
+                      "a path of at most 102 bytes", &Config::poses_socket, any));
+}
+
 constexpr ConfigSection kSections[] = {
     {"robot", "who this robot is, what it sees with, where it writes"},
     {"network", "whom it talks to over UDP"},
     {"run", "how long it works and whom it waits for"},
     {"tracking", "how it finds its way"},
     {"map", "what it keeps of what it saw"},
+    {"control", "how people and programs of this machine reach it"},
     {"record", "recordings of the camera, as replay:DIR plays them"},
     {"snapshots", "pictures, models and floor plans of the maps while it works"},
+    {"poses", "where the camera is, for other programs"},
 };
 
 }  // namespace
@@ -384,7 +420,8 @@ std::span<const ConfigSection> config_sections() { return kSections; }
 std::span<const ConfigKey> config_keys() {
   static const std::vector<ConfigKey> table = [] {
     std::vector<ConfigKey> keys;
-    for (const auto add : {add_robot, add_network, add_run, add_tracking, add_map, add_record, add_snapshots})
+    for (const auto add :
+         {add_robot, add_network, add_run, add_tracking, add_map, add_control, add_record, add_snapshots, add_poses})
       add(keys);
     return keys;
   }();

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "daemon/config_key.hpp"
+#include "hal/base/text.hpp"
 
 namespace onemap::daemon {
 
@@ -84,14 +85,27 @@ std::string toml_text(const ConfigValue& value) { return std::visit(TomlText{}, 
 
 std::string config_text(const Config& config) {
   std::string text =
-      "# The configuration of onemapd, in TOML, for --config FILE: every key, with its default. What a file leaves "
-      "out\n"
-      "# has its default, and the command line goes over the file.\n";
+      "# The configuration of onemapd, in TOML: every key, with its default. What a file leaves out has its default;\n"
+      "# FILE.d/*.toml go over FILE in the order of their names, and the command line goes over all of them.\n";
   for (const ConfigSection& section : config_sections()) {
     text += fmt::format("\n# {}\n[{}]\n", section.text, section.name);
     for (const ConfigKey& key : config_keys())
       if (key.section == section.name)
         text += fmt::format("# {}\n#   {}\n{} = {}\n", key.text, key.values, key.name, toml_text(key.get(config)));
+  }
+  return text;
+}
+
+std::string origins_text(const Config& config) {
+  std::string text;
+  for (const ConfigSection& section : config_sections()) {
+    text += fmt::format("{}[{}]\n", text.empty() ? "" : "\n", section.name);
+    for (const ConfigKey& key : config_keys()) {
+      if (key.section != section.name) continue;
+      const auto origin = config.origins.find(key.full_name());
+      text += fmt::format("{} = {}  # from {}\n", key.name, toml_text(key.get(config)),
+                          origin == config.origins.end() ? "default" : printable(origin->second));
+    }
   }
   return text;
 }

@@ -20,19 +20,29 @@ void Harvest::keep(const Status& status) {
   if (first_) first_ = status;
 }
 
-Status Harvest::write() {
+Status Harvest::write(Extent extent) {
   say_costs();
   keep(guarded("trajectories", [this] { return write_trajectories(); }));
   keep(guarded("pose graph", [this] { return write_graph(); }));
+  if (extent == Extent::everything) write_what_takes_long();
+  // The report comes last: who finds it finds everything else.
+  keep(guarded("report", [this] { return write_text_file(config_.out + "/report.json", to_json(report())); }));
+  return first_;
+}
+
+void Harvest::write_what_takes_long() {
   if (!config_.alone())
     keep(guarded("team picture", [this] {
       return render::write_png(config_.out + "/team.png", draw_team(team_picture(from_.team.map())));
     }));
   keep(guarded("floor plan", [this] { return write_plan(); }));
   keep(guarded("pictures", [this] { return draw(); }));
-  // The report comes last: who finds it finds everything else.
-  keep(guarded("report", [this] { return write_text_file(config_.out + "/report.json", to_json(report())); }));
-  return first_;
+}
+
+std::optional<std::vector<std::uint8_t>> Harvest::saved_map() const {
+  const MapSource from = source();
+  if (from.solution == nullptr || from.map == nullptr) return std::nullopt;
+  return save_global(from, "the last map of " + config_.id);
 }
 
 Status Harvest::draw() {
@@ -86,7 +96,7 @@ Status Harvest::write_graph() const {
 
 Status Harvest::write_plan() {
   const Instant began = now();
-  auto survey = mapping::survey(placed_keyframes(source()), config_.plan);
+  auto survey = survey_of(source(), config_.plan);
   if (!survey) {  // a desk without a floor is no failure
     log_.line("no {}", survey.error().text());
     return success();

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <filesystem>
 
+#include "daemon/set_aside.hpp"
 #include "hal/base/file.hpp"
 
 namespace onemap::daemon {
@@ -23,8 +24,7 @@ Result<std::uint64_t> read_number(const std::string& file) {
   std::uint64_t number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   const bool whole = end == text.data() + text.size() || *end == '\n';
-  if (error != std::errc{} || !whole || number >= kGreatest)
-    return Error{file, "not the number of a life; set aside as " + file + ".bad"};
+  if (error != std::errc{} || !whole || number >= kGreatest) return Error{file, "not the number of a life"};
   return number;
 }
 }  // namespace
@@ -33,10 +33,10 @@ Status LifeCounter::begin(std::uint64_t wall_clock_ns) {
   number_ = std::max<std::uint64_t>(wall_clock_ns, 1);
   const auto last = read_number(file_);
   if (!last) {
-    std::error_code none;
-    std::filesystem::rename(file_, file_ + ".bad", none);
+    const auto aside = set_aside(file_);
     if (auto kept = keep(number_); !kept) return kept;
-    return last.error();
+    return Error{last.error().place,
+                 last.error().reason + "; " + (aside ? "set aside as " + *aside : aside.error().reason)};
   }
   return keep(std::max(number_, *last + 1));
 }

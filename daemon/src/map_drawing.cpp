@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "daemon/team_words.hpp"
+#include "mapping/team/map_up.hpp"
 #include "mapping/team/placed_anchors.hpp"
 #include "mapping/team/way_on_map.hpp"
 
@@ -30,24 +31,20 @@ render::Color color_of(const mapping::TeamLog& log, const std::string& robot) {
 }
 
 mapping::MapTarget own_target(const mapping::TeamLog& log, const mapping::AtlasConfig& config) {
-  mapping::MapTarget target{{log.own_chain(), {{log.own_chain(), {}}}, 0, 0, mapping::map_parameters(config)}, {}};
+  mapping::MapTarget target{mapping::alone_on_map(log.own_chain()), {}};
+  target.solution.map = mapping::map_parameters(config);
   target.extents = mapping::everything_here(log, target.solution);
   return target;
 }
 
 }  // namespace
 
-std::vector<mapping::PlacedKeyframe> placed_keyframes(const MapSource& from) {
-  std::vector<mapping::PlacedKeyframe> placed;
-  const mapping::SolutionRecord alone{from.log.own_chain(), {{from.log.own_chain(), {}}}, 0, 0, {}};
-  for (const mapping::SolvedRobot& solved : (from.solution != nullptr ? *from.solution : alone).robots) {
-    const mapping::TeamMember* member = from.log.find(solved.chain);
-    if (member == nullptr) continue;
-    const auto poses = mapping::keyframes_on_map(*member, solved);
-    for (std::size_t i = 0; i < poses.size(); ++i)
-      placed.push_back({member->keyframes[i]->body, mapping::from_quantized(poses[i])});
-  }
-  return placed;
+Result<mapping::Survey> survey_of(const MapSource& from, const mapping::SurveyConfig& config) {
+  const mapping::SolutionRecord alone = mapping::alone_on_map(from.log.own_chain());
+  std::optional<mapping::Vector3f> up;
+  if (from.solution != nullptr) up = mapping::unit_vector(from.solution->up);
+  const mapping::SolutionRecord& solution = from.solution != nullptr ? *from.solution : alone;
+  return mapping::survey(mapping::placed_keyframes(from.log, solution), config, up);
 }
 
 std::vector<std::uint8_t> save_global(const MapSource& from, const std::string& title) {
@@ -56,7 +53,7 @@ std::vector<std::uint8_t> save_global(const MapSource& from, const std::string& 
     if (const mapping::TeamMember* member = from.log.find(solved.chain); member != nullptr)
       paths.push_back(make_path(chain_name(from.log, solved.chain), color_of(from.log, solved.chain.robot.name()),
                                 mapping::way_on_map(*member, solved), mapping::keyframes_on_map(*member, solved)));
-  return save_map(title, paths, *from.map);
+  return save_map(title, paths, *from.map, from.solution->up);
 }
 
 std::optional<std::vector<std::uint8_t>> save_local(const MapSource& from, const Config& config,

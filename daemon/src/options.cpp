@@ -9,6 +9,7 @@
 #include "daemon/cameras.hpp"
 #include "daemon/command_line.hpp"
 #include "daemon/config_key.hpp"
+#include "daemon/man.hpp"
 
 namespace onemap::daemon {
 
@@ -26,6 +27,7 @@ constexpr Option kOptions[] = {
     {"--listen", "network", "listen", "ADDR:PORT"},
     {"--peer", "network", "peers", "ADDR:PORT"},
     {"--once", "run", "once", ""},
+    {"--quick-stop", "run", "quick_stop", ""},
     {"--speed", "run", "speed", "X|max"},
     {"--features", "tracking", "features", "KIND"},
     {"--linger", "run", "linger_s", "S"},
@@ -46,25 +48,48 @@ struct Given {
 struct CommandLine {
   std::string config;
   CLI::Option* config_given = nullptr;
-  bool help_config = false, cameras = false;
+  bool help_config = false, cameras = false, check = false, dump = false;
+  std::string man;
   std::deque<Given> options;  // CLI11 keeps pointers into it
 };
+
+constexpr ManExit kExits[] = {
+    {0, "done: frames processed, everything written, and with --once in a team: all finished with equal maps"},
+    {1,
+     "something could not be done (the camera cannot be opened, the port is taken, OUT cannot be written to,\n"
+     "no frame could be placed, ...); the last lines on stderr say what and why"},
+    {2, "bad command line or configuration file, an address that cannot be right included; nothing was opened"},
+    {3, "--once, but stopped before the work was done, or without some of the team; what there was is written"},
+};
+
+std::string exit_words() {
+  std::string words;
+  for (const ManExit& exit : kExits) {
+    words += fmt::format("  {}  ", exit.status);
+    for (const char c : exit.text) words += c == '\n' ? "\n     " : std::string(1, c);
+    words += '\n';
+  }
+  return words;
+}
 
 std::string footer() {
   std::string text = "Cameras:\n";
   for (const hal::Backend& backend : camera_backends())
     text += fmt::format("  {:<10} {}\n", backend.name, backend.description);
   return text +
-         "\nWithout --listen, --peer and a group (network.group) the robot is alone. A recording without --once is "
-         "played\n"
-         "to its end, and the daemon then keeps serving what it knows until SIGTERM or SIGINT, which write everything\n"
-         "and end it.\n"
-         "\nExit status:\n"
-         "  0  done: frames processed, everything written, and with --once in a team: all finished with equal maps\n"
-         "  1  something could not be done (the camera cannot be opened, the port is taken, OUT cannot be written to,\n"
-         "     no frame could be placed, ...); the last lines on stderr say what and why\n"
-         "  2  bad command line or configuration file, an address that cannot be right included; nothing was opened\n"
-         "  3  --once, but stopped before the work was done, or without some of the team; what there was is written\n";
+         fmt::format(
+             "\nWithout --id the robot is named after the host, here {}. Without --listen, --peer and a group "
+             "(network.group)\n"
+             "it is alone.\n",
+             id_from_host(host_name())) +
+         "\nWhat is not said here is in /etc/onemap/onemap.toml and /etc/onemap/onemap.toml.d/*.toml, or has its "
+         "default.\n"
+         "SIGHUP reads all of it again: what can change in a running daemon does, of the rest it says that it waits "
+         "for a restart.\n"
+         "A recording without --once is played to its end, and the daemon then keeps serving what it knows until "
+         "SIGTERM or\n"
+         "SIGINT, which write everything and end it.\n" +
+         "\nExit status:\n" + exit_words();
 }
 
 void declare(CLI::App& app, Given& given) {
@@ -85,10 +110,17 @@ void declare(CLI::App& app, CommandLine& line) {
     line.options.push_back({&option, find_key(option.section, option.key), nullptr, {}, {}, false});
     declare(app, line.options.back());
   }
-  line.config_given = app.add_option("--config", line.config, "TOML file; the command line goes over it");
+  line.config_given = app.add_option(
+      "--config", line.config,
+      "TOML file instead of /etc/onemap/onemap.toml; FILE.d/*.toml and then the command line go over it");
   line.config_given->type_name("FILE");
+  app.add_flag("--check-config", line.check, "read the configuration, say everything that is wrong with it, and exit");
+  app.add_flag("--dump-config", line.dump, "print the values that hold, and where each is from, and exit");
   app.add_flag("--cameras", line.cameras, "list the cameras of this machine, and why one cannot be used");
   app.add_flag("--help-config", line.help_config, "print a commented configuration with every key, and exit");
+  app.add_option("--man", line.man, "print a man page, for man -l: of this program (8) or of its configuration (5)")
+      ->type_name("8|5")
+      ->check(CLI::IsMember({"8", "5"}));
   app.footer(footer());
 }
 
@@ -115,36 +147,88 @@ bool is_empty(const ConfigValue& value) {
   return text && text->empty();
 }
 
-Status apply(const CommandLine& line, Config& config) {
-  for (const Given& given : line.options) {
-    if (given.parsed->count() == 0) continue;
-    const ConfigValue value = value_of(given);
-    if (is_empty(value)) return Error{given.option->flag, "is given but empty"};
-    if (auto set = given.key->set(value, config); !set) return Error{given.option->flag, set.error().reason};
-  }
+Status apply(const Given& given, Config& config) {
+  const ConfigValue value = value_of(given);
+  if (is_empty(value)) return Error{given.option->flag, "is given but empty"};
+  if (auto set = given.key->set(value, config); !set) return Error{given.option->flag, set.error().reason};
+  config.origins[given.key->full_name()] = "command line";
   return success();
 }
 
-Status read(const CommandLine& line, Config& config) {
-  Status status = line.config_given->count() == 0 ? success() : load_config(line.config, config);
-  if (status) status = apply(line, config);
-  if (config.id.empty()) config.id = id_from_host(host_name());
-  return status ? check_config(config) : status;
+void fill_in(const Surroundings& surroundings, Config& config) {
+  if (config.id.empty()) {
+    config.id = id_from_host(host_name());
+    config.origins["robot.id"] = "default, the host's name";
+  }
+  if (!config.out.empty()) return;
+  const DefaultOut out = default_out(surroundings);
+  config.out = out.folder;
+  if (!out.folder.empty()) config.origins["robot.out"] = "default, " + out.origin;
+}
+
+// Everything that is wrong with what is read; what does not fit together is looked for in what is right by itself.
+std::vector<Error> read(const CommandLine& line, const Surroundings& surroundings, Config& config) {
+  const bool named = line.config_given->count() != 0;
+  auto errors = read_config_files(named ? line.config : surroundings.config_file, named, config);
+  for (const Given& given : line.options) {
+    if (given.parsed->count() == 0) continue;
+    if (auto status = apply(given, config); !status) errors.push_back(status.error());
+  }
+  fill_in(surroundings, config);
+  if (!errors.empty() || line.dump) return errors;
+  if (auto status = check_config(config); !status) errors.push_back(status.error());
+  return errors;
+}
+
+Ending refused(const std::vector<Error>& errors) {
+  std::string text;
+  for (const Error& error : errors) text += complaint(kProgram, error.text());
+  return {Exit::usage, text};
+}
+
+std::string man_page(const CLI::App& app, const std::string& page) {
+  if (page == "5") return man_of_config();
+  std::vector<ManOption> options;
+  for (const CLI::Option* option : app.get_options())
+    options.push_back({option->get_name(false, true), option->get_expected_max() > 0 ? option->get_type_name() : "",
+                       option->get_description()});
+  return man_of_daemon(options, kExits);
+}
+
+// What is said instead of working; nothing: go on with what was read.
+std::optional<Ending> parse(const std::vector<std::string>& arguments, const Surroundings& surroundings, Config& config,
+                            std::vector<Error>& errors) {
+  CLI::App app("onemapd - tracks an RGB-D camera, maps what it sees, and shares one map with its team", kProgram);
+  CommandLine line;
+  declare(app, line);
+  if (auto ending = parse_command_line(app, arguments)) return ending;
+  if (line.help_config) return Ending{Exit::done, config_text({})};
+  if (!line.man.empty()) return Ending{Exit::done, man_page(app, line.man)};
+  if (line.cameras) return Ending{Exit::done, cameras_text(hal::list_cameras(camera_backends()))};
+  errors = read(line, surroundings, config);
+  if (!errors.empty()) return refused(errors);
+  if (line.dump) return Ending{Exit::done, origins_text(config)};
+  if (line.check) return Ending{Exit::done, "the configuration is good\n"};
+  return std::nullopt;
 }
 
 }  // namespace
 
-Parsed<Config> parse_daemon_options(const std::vector<std::string>& arguments) {
-  CLI::App app("onemapd - tracks an RGB-D camera, maps what it sees, and shares one map with its team", kProgram);
-  CommandLine line;
-  declare(app, line);
-  if (auto ending = parse_command_line(app, arguments)) return {std::move(*ending), std::nullopt};
-  if (line.help_config) return {{Exit::done, config_text({})}, std::nullopt};
-  if (line.cameras) return {{Exit::done, cameras_text(hal::list_cameras(camera_backends()))}, std::nullopt};
+Parsed<Config> parse_daemon_options(const std::vector<std::string>& arguments, const Surroundings& surroundings) {
   Config config;
-  if (auto status = read(line, config); !status)
-    return {{Exit::usage, complaint(kProgram, status.error().text())}, std::nullopt};
+  std::vector<Error> errors;
+  if (auto ending = parse(arguments, surroundings, config, errors)) return {std::move(*ending), std::nullopt};
   return {{}, std::move(config)};
+}
+
+Result<Config> reload_config(const std::vector<std::string>& arguments, const Surroundings& surroundings) {
+  Config config;
+  std::vector<Error> errors;
+  const auto ending = parse(arguments, surroundings, config, errors);
+  if (!ending) return config;
+  std::string reasons;
+  for (const Error& error : errors) reasons += (reasons.empty() ? "" : "; ") + error.text();
+  return Error{"the configuration is as it was", errors.empty() ? ending->text : reasons};
 }
 
 }  // namespace onemap::daemon

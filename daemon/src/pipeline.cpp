@@ -10,8 +10,10 @@ namespace {
 
 constexpr int kSomethingToSee = 100;          // features
 constexpr std::uint64_t kShortChain = 10;     // keyframes
+constexpr std::uint64_t kLookEach = 15;       // frames
 constexpr std::size_t kMostPoses = 1u << 20;  // 38 MB; of a longer way every second, fourth, ... is written
 constexpr auto kLongestPatience = std::chrono::minutes(5);
+constexpr auto kStuckAfter = std::chrono::seconds(10);  // a frame, or one piece handed over
 
 Duration new_chain_after(const Config& config) {
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(config.new_chain_after_s));
@@ -28,7 +30,8 @@ Pipeline::Pipeline(const Config& config, const hal::Intrinsics& intrinsics, Bloc
       log_(log),
       publisher_(config.mapper, config.speed.max ? Publisher::WhenFull::wait : Publisher::WhenFull::later,
                  std::move(outbox), failures),
-      patience_(new_chain_after(config)) {
+      patience_(new_chain_after(config)),
+      heartbeat_("pipeline", kStuckAfter) {
   make_mapper();
   if (config.matches_picture > 0) matches_.emplace(config.out + "/matches", config.matches_picture);
 }
@@ -53,7 +56,8 @@ void Pipeline::make_mapper() {
   mapper_.reset();  // its memory first
   mapper_ = std::make_unique<mapping::LocalMapper>(config_.mapper, intrinsics_);
   mapper_->set_step_hook(
-      {[](void* self, mapping::Step step) { static_cast<Pipeline*>(self)->begin_step(step); }, this});
+      {[](void* times, mapping::Step step) { static_cast<StepTimes*>(times)->begin(step, thread_cpu_time()); },
+       &times_});
 }
 
 void Pipeline::seal_all() {
@@ -97,20 +101,25 @@ void Pipeline::begin_chain(FrameTime lost) {
 void Pipeline::run() {
   while (auto frame = frames_.pop()) {
     if (abandoned_) break;
+    heartbeat_.beat(now());
     process(frame->view());
+    heartbeat_.rest();
   }
+  heartbeat_.beat(now());
   seal_all();
   publisher_.finish(static_cast<std::uint32_t>(frames_done_ - frames_before_));
   publisher_.join();
   finished_ = true;
+  heartbeat_.rest();
 }
 
 void Pipeline::process(const hal::FrameView& frame) {
   const Duration before = thread_cpu_time();
   const mapping::FrameReport report = mapper_->process(frame);
   const Duration after = thread_cpu_time();
-  frame_times_.add(after - before);
+  times_.end_frame(after - before);
   keep_pose(frame, report);
+  keep_view(frame, report);
   log_change(frame, report);
   if (matches_) {
     if (auto status = matches_->frame(frame, report, *mapper_); !status)
@@ -128,10 +137,36 @@ void Pipeline::process(const hal::FrameView& frame) {
 void Pipeline::keep_pose(const hal::FrameView& frame, const mapping::FrameReport& report) {
   odometry_.add(report);
   if (report.placed()) last_pose_ = report.T_robot_camera;
+  {
+    const std::lock_guard lock(pose_mutex_);
+    pose_.tracking = report.state == mapping::TrackState::tracking;
+    if (report.placed())
+      pose_ = {true, frame.colour_time, odometry_.camera_in_odom(), odometry_.robot_in_odom(), chains_ended_};
+  }
+  if (told_) told_(pose_);  // this thread alone writes it
+}
+
+void Pipeline::keep_view(const hal::FrameView& frame, const mapping::FrameReport& report) {
+  const auto blocks = mapper_->counters().blocks;
+  std::optional<DepthLook> look;
+  if (frames_done_ % kLookEach == 0) look = look_at(frame, depth_scratch_);
   const std::lock_guard lock(pose_mutex_);
-  pose_.tracking = report.state == mapping::TrackState::tracking;
-  if (report.placed())
-    pose_ = {true, frame.colour_time, odometry_.camera_in_odom(), odometry_.robot_in_odom(), chains_ended_};
+  if (!report.placed()) ++view_.not_placed[static_cast<std::size_t>(report.reason)];
+  if (report.state == mapping::TrackState::lost && last_state_ == mapping::TrackState::tracking) ++view_.times_lost;
+  if (report.relocalized) ++view_.relocalized;
+  view_.blocks = blocks;
+  view_.chains_ended = chains_ended_;
+  if (look) view_.look = look;
+}
+
+PipelineView Pipeline::view() const {
+  PipelineView view;
+  {
+    const std::lock_guard lock(pose_mutex_);
+    view = view_;
+  }
+  view.costs = times_.costs();
+  return view;
 }
 
 PoseNow Pipeline::pose() const {
@@ -158,17 +193,10 @@ void Pipeline::log_change(const hal::FrameView& frame, const mapping::FrameRepor
     log_.limited("lost", "tracking lost at frame {}: {} (features {}, matches {}, inliers {})", frame.index,
                  to_string(report.reason), report.features, report.matches, report.inliers);
   } else if (report.state == TrackState::tracking && last_state_ == TrackState::lost) {
-    log_.limited("resumed", "tracking resumed at frame {} against keyframe {} after {} frames", frame.index,
-                 report.reference_keyframe, frame.index - lost_since_);
+    log_.limited(Level::info, "resumed", "tracking resumed at frame {} against keyframe {} after {} frames",
+                 frame.index, report.reference_keyframe, frame.index - lost_since_);
   }
   last_state_ = report.state;
-}
-
-void Pipeline::begin_step(mapping::Step step) {
-  const Duration t = thread_cpu_time();
-  if (step_ < mapping::kSteps) step_time_[step_] += t - step_began_;
-  step_ = static_cast<std::size_t>(step);
-  step_began_ = t;
 }
 
 Publisher::Sealed* Pipeline::slot() { return ending_ ? publisher_.awaited_slot() : publisher_.slot(); }
@@ -208,6 +236,7 @@ void Pipeline::drain() {
 }
 
 bool Pipeline::hand_over(Publisher::Sealed* sealed, bool taken) {
+  heartbeat_.beat(now());
   if (taken)
     publisher_.publish(sealed);
   else
@@ -224,14 +253,15 @@ void Pipeline::drain_submaps() {
 }
 
 std::string Pipeline::step_table() const {
-  Duration total{};
-  for (const Duration d : step_time_) total += d;
+  const FrameCosts costs = times_.costs();
+  double total_ms = 0;
+  for (const Cost& step : costs.steps) total_ms += step.total_ms;
   std::string text;
-  const double frames = static_cast<double>(std::max<std::uint64_t>(1, frame_times_.count()));
+  const double frames = static_cast<double>(std::max<std::uint64_t>(1, costs.frame.count));
   for (std::size_t i = 0; i < mapping::kSteps; ++i) {
-    const double ms = to_seconds(step_time_[i]) * 1e3;
+    const double ms = costs.steps[i].total_ms;
     text += fmt::format("{} {:.2f} ms ({:.0f} %), ", mapping::to_string(static_cast<mapping::Step>(i)), ms / frames,
-                        100 * ms / std::max(1e-9, to_seconds(total) * 1e3));
+                        100 * ms / std::max(1e-6, total_ms));
   }
   return text + fmt::format("beside them publish {:.2f} ms", publisher_.times().total_ms() / frames);
 }

@@ -15,6 +15,7 @@ constexpr int kDatagramsAtOnce = 64;
 constexpr auto kLongestSleep = std::chrono::milliseconds(100);
 constexpr auto kLookInterval = std::chrono::milliseconds(50);
 constexpr auto kFinishRetry = std::chrono::seconds(1);
+constexpr auto kStuckAfter = std::chrono::seconds(10);
 constexpr unsigned kMostNewLives = 3;  // neighbours that say more often that we are outlived are wrong
 
 Result<comms::NodeConfig> node_config(const Config& config) {
@@ -76,7 +77,8 @@ Radio::Radio(const Config& config, comms::NodeConfig node, LifeCounter life, std
       node_config_(std::move(node)),
       store_(config.store_budget_bytes),
       port_(std::move(port)),
-      node_(std::make_unique<comms::Node>(node_config_, store_)) {}
+      node_(std::make_unique<comms::Node>(node_config_, store_)),
+      heartbeat_("radio", kStuckAfter) {}
 
 Radio::~Radio() { stop(); }
 
@@ -129,12 +131,14 @@ RadioView Radio::view() const {
 
 void Radio::run() {
   while (!over(now())) {
+    heartbeat_.beat(now());
     turn();
     const Duration sleep = std::min<Duration>(node_->next_deadline() - now(), kLongestSleep);
     if (sleep > Duration::zero()) port_->wait(sleep);
   }
   turn();
   update_view(now());
+  heartbeat_.rest();
 }
 
 bool Radio::over(Instant now) {
@@ -164,7 +168,13 @@ void Radio::turn() {
 
 void Radio::hand_out_applied() {
   std::shared_ptr<const Record> record;
-  while (node_->next_applied(record)) listener_.applied(std::move(record));
+  while (node_->next_applied(record)) {
+    RecordTally& tally = records_[record->id.log.robot];
+    const std::size_t kind = record->kind < RecordTally::kKinds ? record->kind : 0;
+    ++tally.records[kind];
+    tally.bytes[kind] += record->body.size();
+    listener_.applied(std::move(record));
+  }
 }
 
 void Radio::receive_some() {
@@ -279,7 +289,7 @@ void Radio::log_network() {
   failed_before_ += std::exchange(sends_failed_, 0u);
   sends_ = 0;
   if (cut_off && !cut_off_)
-    log_.line(
+    log_.warn(
         "nothing can be sent: is there a network, with a route to the peers? Mapping goes on, and what is new is "
         "sent when there is one");
   if (!cut_off && cut_off_) log_.line("the network takes datagrams again, after {} that it did not", failed_before_);

@@ -39,6 +39,7 @@ void Radio::log_conflict(Instant now) {
 
 void Radio::update_view(Instant now) {
   RadioView view;
+  view.life = node_config_.incarnation;
   view.frontier_digest = node_->frontier_digest();
   for (const auto& [robot, presence] : node_->presence(now)) view.last_sign[robot] = presence.last_sign;
   for (const auto& [robot, status] : node_->team())
@@ -59,6 +60,9 @@ void Radio::update_view(Instant now) {
   view.refused = refusals(node_->counters());
   if (failed_before_ > 0 && !config_.alone()) view.refused["not_sent"] = failed_before_;
   view.delivered = node_->delivered(1);
+  view.neighbours = node_->neighbours();
+  view.counters = node_->counters();
+  view.records = records_;
   const std::lock_guard lock(mutex_);
   view.agrees = node_->team_agrees(comms::kStatusFinished, gone_);
   view.agreed_digest = view.agrees ? said_digest_ : 0;

@@ -59,6 +59,7 @@ Status Recorder::start(const std::string& folder) {
     view_ = {true, folder, 0, 0, 0, {}};
   }
   if (last) last->queue.close();
+  recording_ = true;
   session->thread.start("recorder", failures_, [this, session = session.get()] { run(*session); });
   log_.line("recording to {}", folder);
   return success();
@@ -82,23 +83,26 @@ RecorderView Recorder::stop() {
   std::shared_ptr<Session> session;
   {
     const std::lock_guard lock(mutex_);
-    if (!session_) return view_;
     session = session_;
   }
+  if (!session) return view();
   session->open = false;
   session->queue.close();
   session->thread.join();
-  const RecorderView last = view();
+  return view();
+}
+
+void Recorder::stop_later(std::function<void(const RecorderView&)> done) {
+  const std::lock_guard control(control_);
+  std::shared_ptr<Session> session;
   {
     const std::lock_guard lock(mutex_);
-    view_ = last;
-    view_.recording = false;
-    session_.reset();
+    if (session_ && view_.recording && session_->open) session = session_;
   }
-  if (last.recording)
-    log_.line("recorded {} frames ({:.1f} MB) to {}, {} dropped", last.frames, megabytes(last.bytes), last.folder,
-              last.dropped);
-  return view();
+  if (!session) return done(view());
+  session->done = std::move(done);
+  session->open = false;
+  session->queue.close();
 }
 
 RecorderView Recorder::view() const {
@@ -122,7 +126,7 @@ void Recorder::offer(const hal::FrameView& frame) {
   if (!copy) {
     const std::uint64_t dropped = ++session->dropped;
     if (dropped == 1 || dropped == 100 || dropped % 1000 == 0)
-      log_.line("recording is slower than the camera: {} frames of it dropped so far; its disk or this machine is busy",
+      log_.warn("recording is slower than the camera: {} frames of it dropped so far; its disk or this machine is busy",
                 dropped);
     return;
   }
@@ -155,13 +159,29 @@ void Recorder::run(Session& session) {
     ended = !written;
     if (ended) end(session, written.error());
   }
-  if (!session.mcap) return;
-  const auto finished = guarded("recorder", [&] {
-    if (auto written = write_poses(session); !written) return written;
-    return session.mcap->finish();
-  });
-  if (!finished && !ended) end(session, finished.error());
-  session.bytes = (session.tum ? session.tum->bytes() : 0) + session.mcap->bytes();
+  if (session.mcap) {
+    const auto finished = guarded("recorder", [&] {
+      if (auto written = write_poses(session); !written) return written;
+      return session.mcap->finish();
+    });
+    if (!finished && !ended) end(session, finished.error());
+    session.bytes = (session.tum ? session.tum->bytes() : 0) + session.mcap->bytes();
+  }
+  finish(session);
+}
+
+void Recorder::finish(Session& session) {
+  recording_ = false;
+  RecorderView last = view();
+  if (last.recording)
+    log_.line("recorded {} frames ({:.1f} MB) to {}, {} dropped", last.frames, megabytes(last.bytes), last.folder,
+              last.dropped);
+  last.recording = false;
+  {
+    const std::lock_guard lock(mutex_);
+    view_.recording = false;
+  }
+  if (session.done) session.done(last);
 }
 
 Status Recorder::write(Session& session, const hal::FrameView& frame) {
@@ -199,7 +219,8 @@ Status Recorder::room(const Session& session) const {
 
 void Recorder::end(Session& session, const Error& why) {
   session.open = false;
-  log_.line("the recording ended after {} frames: {}", session.frames.load(), why.text());
+  recording_ = false;
+  log_.warn("the recording ended after {} frames: {}", session.frames.load(), why.text());
   const std::lock_guard lock(mutex_);
   if (session_.get() != &session) return;
   view_.recording = false;

@@ -2,7 +2,7 @@
 // endian:
 //   1 voxel size and truncation in micrometres, number of blocks (u32 each); 2 title; 3 path: name (u8 length), colour
 //   3 x u8, T_map_robot, number of poses u32, poses, number of keyframes u32, keyframes (each pose 7 x i32);
-//   4 a submap body. The last section is 0, empty.
+//   4 a submap body; 5 which way is up: a unit vector in millionths (3 x i32). The last section is 0, empty.
 #include "daemon/saved_map.hpp"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace onemap::daemon {
 namespace {
 
 constexpr std::array<std::uint8_t, 8> kMagic{'o', 'n', 'e', 'm', 'a', 'p', 0, 1};
-enum class Tag : std::uint8_t { end = 0, grid = 1, title = 2, path = 3, submap = 4 };
+enum class Tag : std::uint8_t { end = 0, grid = 1, title = 2, path = 3, submap = 4, up = 5 };
 constexpr std::size_t kBlocksAtOnce = 256;
 constexpr std::size_t kPoseBytes = 28;
 constexpr std::size_t kBytesPerBlock = 8192;  // of a voxel map's budget, more than it needs
@@ -62,6 +62,13 @@ std::vector<std::uint8_t> grid_section(const mapping::VoxelMap& map) {
   writer.put(static_cast<std::uint32_t>(map.config().voxel_um()));
   writer.put(static_cast<std::uint32_t>(map.config().truncation_um()));
   writer.put(static_cast<std::uint32_t>(map.used()));
+  return out;
+}
+
+std::vector<std::uint8_t> up_section(const mapping::UpDirection& up) {
+  std::vector<std::uint8_t> out;
+  ByteWriter writer(out);
+  for (const std::int32_t v : up.millionths) writer.put(v);
   return out;
 }
 
@@ -160,6 +167,8 @@ class Loader {
         return take_path(section.content);
       case Tag::submap:
         return take_submap(section.content);
+      case Tag::up:
+        return take_up(section.content);
       case Tag::end:
         break;
     }
@@ -198,6 +207,16 @@ class Loader {
     return success();
   }
 
+  Status take_up(std::span<const std::uint8_t> content) {
+    ByteReader in(content);
+    mapping::Vector3d up;
+    for (double& v : up) v = in.get<std::int32_t>() * 1e-6;
+    const double squared = up.squaredNorm();
+    if (!in.done() || !(squared > 0.99 && squared < 1.01)) return Error{place_, "a way up that cannot be"};
+    scene_.up = up.normalized().cast<float>();
+    return success();
+  }
+
   Status take_submap(std::span<const std::uint8_t> content) {
     if (!map_) return Error{place_, "a submap before the voxel size"};
     auto record = mapping::decode_submap(content);
@@ -216,10 +235,11 @@ class Loader {
 }  // namespace
 
 std::vector<std::uint8_t> save_map(const std::string& title, std::span<const SavedPath> paths,
-                                   const mapping::VoxelMap& map) {
+                                   const mapping::VoxelMap& map, const std::optional<mapping::UpDirection>& up) {
   std::vector<std::uint8_t> out(kMagic.begin(), kMagic.end());
   put_section(out, Tag::grid, grid_section(map));
   put_section(out, Tag::title, {reinterpret_cast<const std::uint8_t*>(title.data()), title.size()});
+  if (up) put_section(out, Tag::up, up_section(*up));
   for (const SavedPath& path : paths) put_section(out, Tag::path, path_section(path));
   put_blocks(out, map);
   put_section(out, Tag::end, {});

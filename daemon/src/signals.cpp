@@ -7,11 +7,12 @@
 
 namespace onemap::daemon {
 
-StopSignals::StopSignals() {
+StopSignals::StopSignals(Hangup hangup) {
   sigset_t set;
   sigemptyset(&set);
   sigaddset(&set, SIGTERM);
   sigaddset(&set, SIGINT);
+  if (hangup == Hangup::reloads) sigaddset(&set, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   descriptor_ = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
 }
@@ -26,9 +27,15 @@ bool StopSignals::wait(Duration at_most) {
   pollfd poll_for{descriptor_, POLLIN, 0};
   const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(at_most).count();
   if (poll(&poll_for, 1, static_cast<int>(ms)) <= 0) return false;
-  signalfd_siginfo info{};
-  stopped_ = read(descriptor_, &info, sizeof info) == sizeof info;
+  const auto signal = take();
+  stopped_ = signal && *signal != SIGHUP;
   return stopped_;
+}
+
+std::optional<int> StopSignals::take() {
+  signalfd_siginfo info{};
+  if (read(descriptor_, &info, sizeof info) != sizeof info) return std::nullopt;
+  return static_cast<int>(info.ssi_signo);
 }
 
 }  // namespace onemap::daemon

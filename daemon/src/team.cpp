@@ -10,12 +10,16 @@ namespace onemap::daemon {
 
 namespace {
 constexpr auto kLook = std::chrono::milliseconds(250);
-constexpr auto kLongestEnd = std::chrono::milliseconds(1500);  // for the map that was being built when asked to stop
+constexpr auto kStuckAfter = std::chrono::seconds(30);  // one piece of work, on a slow machine
 }  // namespace
 
 Team::Team(const RobotId& self, std::uint64_t incarnation, const TeamMapConfig& config, Publish publish,
            Failures& failures, Log& log)
-    : failures_(failures), log_(log), publish_(std::move(publish)), map_(self, incarnation, config) {}
+    : failures_(failures),
+      log_(log),
+      publish_(std::move(publish)),
+      map_(self, incarnation, config),
+      heartbeat_("team", kStuckAfter) {}
 
 Team::~Team() { stop(); }
 
@@ -23,7 +27,8 @@ void Team::start() {
   thread_.start("team", failures_, [this] { run(); });
 }
 
-void Team::stop() {
+void Team::stop(Duration for_the_map) {
+  for_the_map_ns_ = for_the_map.count();
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
@@ -57,9 +62,22 @@ void Team::presence(const std::map<RobotId, Instant>& last_sign, const std::set<
   inbox_.presence = true;
 }
 
+void Team::ask(std::function<void(mapping::TeamMap&)> question) {
+  {
+    const std::lock_guard lock(mutex_);
+    inbox_.questions.push_back(std::move(question));
+  }
+  wake_.notify_one();
+}
+
 TeamView Team::view() const {
   const std::lock_guard lock(mutex_);
   return view_;
+}
+
+LinkTally Team::links() const {
+  const std::lock_guard lock(mutex_);
+  return links_;
 }
 
 Team::Inbox Team::take(bool wait) {
@@ -73,13 +91,21 @@ void Team::apply_all(Inbox inbox, Instant arrived) {
   if (inbox.new_life) map_.begin_life(inbox.new_life->first, inbox.new_life->second);
   if (inbox.presence) map_.presence(std::move(inbox.last_sign), std::move(inbox.records_complete));
   for (const auto& record : inbox.records) {
+    heartbeat_.beat(now());
     map_.apply(record, arrived);
     hand_out();  // at once: what is refused must not pile up
   }
+  for (const auto& question : inbox.questions) question(map_);
+  hand_out();
 }
 
 void Team::hand_out() {
-  for (const mapping::TeamEvent& event : map_.take_events()) say(event, log_);
+  for (const mapping::TeamEvent& event : map_.take_events()) {
+    say(event, log_);
+    if (told_) told_(event);
+    const std::lock_guard lock(mutex_);
+    links_.add(event);
+  }
   for (mapping::TeamRecord& record : map_.take_records()) publish_({record.lane, record.kind, std::move(record.body)});
 }
 
@@ -108,12 +134,16 @@ void Team::show() {
 void Team::run() {
   bool busy = false;
   while (!stopping_) {
+    heartbeat_.beat(now());
     Inbox inbox = take(!busy);
     const Instant arrived = now();
     apply_all(std::move(inbox), arrived);
     if (stopping_) break;
     const Instant began = now();
-    busy = map_.step(began, [this] { return stopping_.load(); });
+    busy = map_.step(began, [this] {
+      heartbeat_.beat(now());
+      return stopping_.load();
+    });
     const Instant done = now();
     map_.took(done - began);
     map_.observe(done);
@@ -121,10 +151,11 @@ void Team::run() {
     show();
     let_look();
   }
-  const Instant end = now() + kLongestEnd;
+  const Instant end = now() + Duration(for_the_map_ns_);
   map_.finish_fusion([&] { return now() > end; });
   hand_out();
   show();
+  heartbeat_.rest();
 }
 
 }  // namespace onemap::daemon

@@ -59,6 +59,12 @@ struct Words {
       log.line("link {}{} - {} refused: {}, {} pairs of clouds agree, {} inliers{}", link.a.name(), life, link.b.name(),
                link_words(link.reason), link.supporting_pairs, link.inliers, by);
   }
+  void operator()(const mapping::PairRuled& e) const {
+    const mapping::RulingRecord& r = e.ruling;
+    const std::string pair = r.a == r.b ? fmt::format("own loops of {}", r.a.robot.name())
+                                        : fmt::format("links {} - {}", r.a.robot.name(), r.b.robot.name());
+    log.line("{} {}, a person says at {}", pair, r.apart ? "do not count any more" : "count again", e.by.name());
+  }
   void operator()(const mapping::RecordRefused& e) const {
     log.limited("record", "record {} of {} refused: {}", e.id.seq, e.id.log.robot.name(), e.reason);
   }

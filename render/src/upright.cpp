@@ -70,7 +70,9 @@ void turn(Vectors& vectors, const Matrix3d& R) {
 
 }  // namespace
 
-Vector3f up_of(const Scene& scene) { return mapping::up_of(facets_of(scene), cameras_up(scene)); }
+Vector3f up_of(const Scene& scene) {
+  return scene.up ? *scene.up : mapping::up_of(facets_of(scene), cameras_up(scene));
+}
 
 Matrix3d upright_rotation(const Vector3f& up) {
   const Vector3d y = up.cast<double>().normalized();

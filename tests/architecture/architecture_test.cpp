@@ -100,8 +100,8 @@ TEST(Architecture, NoLoopOverUnorderedContainersAndNoLibraryRandom) {
 }
 
 TEST(Architecture, TopLevelFoldersAreTheOnesOfTheHouse) {
-  const std::set<std::string> house{"daemon", "hal",   "mapping", "comms", "render", "systemd",
-                                    "tests",  "build", "out",     ".git",  ".ci",    "debian"};
+  const std::set<std::string> house{"daemon", "hal", "mapping", "comms", "render", "systemd", "tests",
+                                    "build",  "out", ".git",    ".ci",   "debian", "share",   "examples"};
   for (const auto& entry : fs::directory_iterator(kRoot))
     if (entry.is_directory()) {
       EXPECT_TRUE(house.count(entry.path().filename().string())) << entry.path() << " is not a room of the house";
@@ -110,9 +110,9 @@ TEST(Architecture, TopLevelFoldersAreTheOnesOfTheHouse) {
 
 TEST(Architecture, EveryFolderIsNamedInArchitectureMd) {
   const std::string text = onemap::test::text_of(kRoot / "ARCHITECTURE.md");
-  for (const char* folder :
-       {"hal", "hal/imaging", "hal/backends/replay", "hal/backends/simulated", "hal/backends/v4l2", "mapping/local",
-        "mapping/team", "comms", "comms/udp", "render", "daemon", "daemon/evaluation", "systemd", "tests"})
+  for (const char* folder : {"hal", "hal/imaging", "hal/backends/replay", "hal/backends/simulated", "hal/backends/v4l2",
+                             "mapping/local", "mapping/team", "comms", "comms/udp", "render", "daemon",
+                             "daemon/control", "daemon/evaluation", "systemd", "tests"})
     EXPECT_NE(text.find(folder), std::string::npos) << folder;
 }
 

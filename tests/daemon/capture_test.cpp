@@ -5,6 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <deque>
+#include <semaphore>
+
+#include "daemon/clock.hpp"
 
 #include "hal/backends/simulated.hpp"
 
@@ -129,6 +132,42 @@ TEST(Capture, FramesWhoseTimeDoesNotIncreaseAndFrozenOnesGoNoFurther) {
   EXPECT_THAT(said, HasSubstr("robot: frame 19: the camera shows the same picture again and again"));
   EXPECT_THAT(said, HasSubstr("robot: frame 40 refused: its time, 1599996401.333 s, is not after the one before it"));
   EXPECT_THAT(said, HasSubstr("its times are moved by 3599.667 s"));
+}
+
+// A driver that does not come back.
+class StuckCamera final : public hal::DepthCamera {
+ public:
+  const hal::Intrinsics& intrinsics() const override { return intrinsics_; }
+  Grab grab(hal::Frame&, std::chrono::milliseconds) override {
+    entered.release();
+    let_go.acquire();
+    return Grab::end;
+  }
+  const Error& last_error() const override { return error_; }
+  hal::CameraCounters counters() const override { return {}; }
+  bool live() const override { return true; }
+  std::uint64_t frames_expected() const override { return 0; }
+  std::string description() const override { return "stuck"; }
+  std::binary_semaphore entered{0}, let_go{0};
+
+ private:
+  hal::Intrinsics intrinsics_;
+  Error error_;
+};
+
+TEST(Capture, ADriverThatDoesNotComeBackIsNoticed) {
+  StuckCamera camera;
+  Failures failures;
+  Log log("robot");
+  Capture capture(camera, {true, 1}, failures, log);
+  EXPECT_FALSE(capture.heartbeat().stuck(now() + std::chrono::hours(1))) << "not begun";
+  capture.start();
+  camera.entered.acquire();
+  EXPECT_FALSE(capture.heartbeat().stuck(now())) << "a while is allowed";
+  EXPECT_TRUE(capture.heartbeat().stuck(now() + std::chrono::minutes(1)));
+  camera.let_go.release();
+  capture.stop();
+  EXPECT_FALSE(capture.heartbeat().stuck(now() + std::chrono::hours(1))) << "it has ended";
 }
 
 }  // namespace

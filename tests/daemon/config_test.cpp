@@ -20,7 +20,8 @@ class ConfigFile : public testing::Test {
  protected:
   Status load(const std::string& text) {
     folder_.write("c.toml", text);
-    return load_config(file_, config_);
+    const auto errors = read_config(file_, config_);
+    return errors.empty() ? success() : errors.front();
   }
   // The reason of a file that must be refused at this line.
   std::string refused(const std::string& text, int line) {
@@ -96,17 +97,45 @@ TEST_F(ConfigFile, WhatIsNotANumberIsRefusedForEveryKey) {
           << key.full_name() << " = " << value;
 }
 
+TEST_F(ConfigFile, SaysEverythingThatIsWrongAndKeepsTheRest) {
+  folder_.write("c.toml", "[run]\nsped = 1\nonce = true\nlinger_s = -1\n[wheels]\n[map]\nvoxel_m = \"x\"\n");
+  const auto errors = read_config(file_, config_);
+  std::vector<std::string> places;
+  for (const Error& error : errors) places.push_back(error.place.substr(file_.size()));
+  EXPECT_THAT(places, testing::UnorderedElementsAre(":2", ":4", ":5", ":7"));
+  EXPECT_TRUE(config_.once);
+  EXPECT_EQ(config_.linger_s, Config().linger_s);
+}
+
+TEST_F(ConfigFile, RemembersWhereEachValueIsFrom) {
+  ASSERT_TRUE(load("[map]\nvoxel_m = 0.03\n\nbudget_mb = 9\n").ok());
+  EXPECT_EQ(config_.origins.at("map.voxel_m"), file_ + ":2");
+  EXPECT_EQ(config_.origins.at("map.budget_mb"), file_ + ":4");
+  EXPECT_EQ(config_.origins.size(), 2u);
+  EXPECT_THAT(origins_text(config_), AllOf(HasSubstr("voxel_m = 0.03  # from " + file_ + ":2\n"),
+                                           HasSubstr("once = false  # from default\n")));
+  const Config before = config_;
+  ASSERT_TRUE(load(origins_text(before)).ok()) << "what is printed can be read";
+  EXPECT_EQ(config_text(config_), config_text(before));
+}
+
 // What the mapper asks of values together, found at the line of the one that is wrong.
 TEST_F(ConfigFile, RefusesWhatDoesNotFitTogether) {
-  EXPECT_THAT(refused("[tracking]\nmax_keyframes = 2\n", 2), HasSubstr("2 is not within 10 to 10000"));
-  EXPECT_THAT(refused("[tracking]\nmax_keyframes = 8\n", 2), HasSubstr("8 is not within 10 to 10000"));
-  EXPECT_THAT(refused("[map]\ntruncation_m = 2.5\n", 2), HasSubstr("within 2 to 100 voxels of 0.02 m"));
-  EXPECT_THAT(refused("[map]\ntruncation_m = 0.03\n", 2), HasSubstr("within 2 to 100 voxels of 0.02 m"));
+  config_.id = "a";
+  config_.out = "o";
+  const auto wrong = [this](const std::string& text) {
+    EXPECT_TRUE(load(text).ok()) << text;
+    return check_config(config_).error();
+  };
+  EXPECT_EQ(wrong("[map]\ntruncation_m = 2.5\n").place, file_ + ":2");
+  EXPECT_THAT(wrong("[map]\ntruncation_m = 0.03\n").text(), HasSubstr("within 2 to 100 voxels of 0.02 m"));
+  config_.mapper.map.truncation_m = Config().mapper.map.truncation_m;
+  config_.origins.clear();
+  const Error by_default = wrong("[map]\nvoxel_m = 0.05\n");
+  EXPECT_EQ(by_default.text(), "map.truncation_m: 0.06 is not within 2 to 100 voxels of 0.05 m")
+      << "the truncation that does not fit is nowhere said";
   config_ = {};
-  const Status by_default = load("[map]\nvoxel_m = 0.05\n");
-  ASSERT_FALSE(by_default.ok());
-  EXPECT_EQ(by_default.error().place, file_) << "the truncation that does not fit is not in the file";
-  EXPECT_THAT(by_default.error().reason, HasSubstr("map.truncation_m: 0.06 is not within 2 to 100 voxels of 0.05 m"));
+  EXPECT_THAT(refused("[tracking]\nmax_keyframes = 8\n", 2), HasSubstr("8 is not within 10 to 10000"));
 }
 
 TEST_F(ConfigFile, RefusesWhatIsNotToml) {
@@ -117,8 +146,9 @@ TEST_F(ConfigFile, RefusesWhatIsNotToml) {
 }
 
 TEST_F(ConfigFile, AFileThatCannotBeReadIsAnError) {
-  EXPECT_THAT(load_config(folder_ / "none.toml", config_).error().text(), HasSubstr("none.toml: cannot read: No such"));
-  EXPECT_THAT(load_config(folder_.path().string(), config_).error().text(), HasSubstr("cannot read: Is a directory"));
+  const auto text = [this](const std::string& file) { return read_config(file, config_).at(0).text(); };
+  EXPECT_THAT(text(folder_ / "none.toml"), HasSubstr("none.toml: cannot read: No such"));
+  EXPECT_THAT(text(folder_.path().string()), HasSubstr("cannot read: Is a directory"));
 }
 
 TEST_F(ConfigFile, TheCommentedExampleHoldsEveryKeyWithItsDefault) {
@@ -147,6 +177,7 @@ TEST_F(ConfigFile, TheExampleCarriesEveryValue) {
   all.bytes_per_second = 123456;
   all.store_budget_bytes = 3u << 20;
   all.once = true;
+  all.quick_stop = true;
   all.speed = {true, 1};
   all.linger_s = 0.125;
   all.merge_while_mapping_s = 1e6;
@@ -155,6 +186,9 @@ TEST_F(ConfigFile, TheExampleCarriesEveryValue) {
   all.lost_after_s = 77;
   all.peer_wait_s = 0;
   all.matches_picture = 9;
+  all.control_socket = "c.sock";
+  all.control_tcp = "127.0.0.1:4680";
+  all.control_metrics = "[::1]:9464";
   all.mapper.features = mapping::DescriptorKind::orb;
   all.mapper.max_features = 51;
   all.mapper.max_keyframes = 11;
@@ -173,6 +207,7 @@ TEST_F(ConfigFile, TheExampleCarriesEveryValue) {
   all.plan.space.budget_bytes = 9u << 20;
   all.find_pairs = mapping::FindPairs::all_pairs;
   all.record = {true, {"mcap"}, 10u << 20, 11u << 20};
+  all.poses_socket = "/run/onemap/poses";
   all.snapshots = {12.5, true, 13, 14u << 20, {"front"}, {"glb"}, {"local"}};
   ASSERT_TRUE(load(config_text(all)).ok()) << load(config_text(all)).error().text();
   EXPECT_EQ(config_text(config_), config_text(all));
@@ -218,11 +253,13 @@ TEST_F(ConfigFile, TheBoundsOfEveryNumberAreThoseThatArePrinted) {
 TEST(CheckConfig, AsksForWhatADaemonCannotDoWithout) {
   Config config;
   config.id = "a";
-  EXPECT_THAT(check_config(config).error().text(), HasSubstr("--camera ADDRESS"));
-  config.camera = "replay:x";
+  EXPECT_EQ(config.camera, "auto") << "a robot that has a camera needs no other line";
   EXPECT_THAT(check_config(config).error().text(), HasSubstr("--out OUT"));
   config.out = "o";
   EXPECT_TRUE(check_config(config).ok());
+  config.camera = "";
+  EXPECT_THAT(check_config(config).error().text(), HasSubstr("--camera ADDRESS"));
+  config.camera = "replay:x";
   config.id = "../a";
   EXPECT_THAT(check_config(config).error().text(), HasSubstr("'../a'"));
 }

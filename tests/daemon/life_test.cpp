@@ -43,6 +43,7 @@ TEST(Life, NeighboursMayKnowOfAGreaterOne) {
 
 TEST(Life, ABrokenFileIsSetAsideAndSaid) {
   const TempFolder folder;
+  int number = 0;
   for (const char* text : {"", "x", "12 13", "-4", "99999999999999999999", "9223372036854775808\n"}) {
     folder.write("life", text);
     LifeCounter life(folder.path().string());
@@ -50,7 +51,9 @@ TEST(Life, ABrokenFileIsSetAsideAndSaid) {
     ASSERT_FALSE(status.ok()) << text;
     EXPECT_THAT(status.error().text(), testing::HasSubstr("life"));
     EXPECT_EQ(life.number(), kNow);
-    EXPECT_EQ(test::text_of(folder / "life.bad"), text);
+    const std::string aside = folder / ("life.corrupt-" + std::to_string(++number));
+    EXPECT_THAT(status.error().text(), testing::HasSubstr("set aside as " + aside));
+    EXPECT_EQ(test::text_of(aside), text);
     EXPECT_EQ(test::text_of(folder / "life"), std::to_string(kNow) + "\n");
   }
 }

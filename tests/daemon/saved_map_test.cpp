@@ -85,6 +85,15 @@ TEST(SavedMap, GivesBackTheRobotsWaysInTheMapsFrame) {
   EXPECT_DOUBLE_EQ(scene->robots[1].poses[4].t.y(), 0.04);
 }
 
+TEST(SavedMap, GivesBackWhichWayIsUp) {
+  EXPECT_FALSE(load_map("x", saved())->up) << "it was not said";
+  const auto scene = load_map("x", save_map("", {}, ball(), mapping::UpDirection{{0, 600'000, 800'000}}));
+  ASSERT_TRUE(scene);
+  EXPECT_LT((*scene->up - mapping::Vector3f(0, 0.6f, 0.8f)).norm(), 1e-5f);
+  const auto bad = load_map("x", save_map("", {}, ball(), mapping::UpDirection{{0, 0, 800'000}}));
+  EXPECT_THAT(bad.error().text(), HasSubstr("a way up that cannot be"));
+}
+
 TEST(SavedMap, AnEmptyMapIsAMap) {
   mapping::VoxelMapConfig config;
   config.budget_bytes = 4u << 20;

@@ -60,8 +60,18 @@ TEST(TeamWords, AnEarlierLifeHasItsNumber) {
   EXPECT_EQ(chain_name(log, {kA, 16}), "a.16");
 }
 
+TEST(TeamWords, WhoTakesALinkBackIsNamed) {
+  EXPECT_EQ(said(mapping::PairRuled{kB, {{kA, 1}, {kB, 1}, true, 1}}),
+            "robot1: links a - b do not count any more, a person says at b\n");
+  EXPECT_EQ(said(mapping::PairRuled{kA, {{kB, 1}, {kB, 1}, false, 2}}),
+            "robot1: own loops of b count again, a person says at a\n");
+}
+
 TEST(TeamWords, AMapSaysWhatItIsMadeOfAndWhatItLacks) {
-  mapping::MapFused fused{true, 0xabc, {{kA, 1}, {{{kA, 1}, {}}, {{kB, 1}, {}}}, 7, 2, {}}, 12, 0, 900, 0};
+  mapping::SolutionRecord solution = mapping::alone_on_map({kA, 1});
+  solution.robots.push_back({{kB, 1}, {}});
+  solution.links_used = 7, solution.links_refused = 2;
+  mapping::MapFused fused{true, 0xabc, solution, 12, 0, 900, 0};
   EXPECT_EQ(said(fused),
             "robot1: global map 0000000000000abc: reference a, 7 links used and 2 refused, robots a b, 12 submaps, 900 "
             "blocks, 0 refused\n");

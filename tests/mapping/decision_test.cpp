@@ -47,7 +47,7 @@ struct DecisionTest : testing::Test {
 TEST_F(DecisionTest, TheLowestOfTheMapDecides) {
   EXPECT_EQ(decision.decider(at(1s)), a.id());
   take(b.solution(right));
-  take(evil.solution({evil.chain(), {{evil.chain(), {}}}, 0, 0, {}}));
+  take(evil.solution(alone_on_map(evil.chain())));
   EXPECT_FALSE(decision.made(at(1s), solver));
   take(a.solution(right));
   EXPECT_TRUE(decision.made(at(1s), solver));

@@ -271,6 +271,27 @@ TEST(LocalMapper, AFullMapIsSaidWhileItRuns) {
   EXPECT_EQ(c.keyframes_in_map(), c.keyframes);
 }
 
+// Its pose becomes final by age, also while the camera sees nothing: the team waits for it.
+TEST(LocalMapper, AKeyframeComesOutSoonWhateverTheCameraDoes) {
+  for (const bool covered : {false, true}) {
+    Stream stream("simulated:living-room?frames=1&width=320&height=240");
+    LocalMapper mapper(small_config(), stream.camera->intrinsics());
+    auto frame = stream.next();
+    const FrameTime begin = frame->colour_time;
+    KeyframeRecord keyframe;
+    int out_at_ms = 0;
+    for (int ms = 0; ms < 3000 && out_at_ms == 0; ms += 100) {
+      frame->colour_time = frame->depth_time = begin + std::chrono::milliseconds(ms);
+      if (covered && ms > 0) std::fill(frame->rgb().begin(), frame->rgb().end(), std::uint8_t{0});
+      if (covered && ms > 0) std::fill(frame->depth().begin(), frame->depth().end(), std::uint16_t{0});
+      mapper.process(frame->view());
+      if (mapper.take_keyframe(keyframe)) out_at_ms = ms;
+    }
+    EXPECT_EQ(out_at_ms, 1600) << (covered ? "covered" : "standing still");
+    EXPECT_EQ(keyframe.index, 0u);
+  }
+}
+
 // Figure 4: between frames that are close in time, a kept match joins places that are close in the image.
 TEST(LocalMapper, MatchesForPicturesBelongToTheImagesThatTheyName) {
   Stream stream("simulated:living-room?frames=12&width=320&height=240");

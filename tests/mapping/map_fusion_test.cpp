@@ -13,7 +13,8 @@ using test::Author;
 bool never() { return false; }
 
 SolutionRecord of(const std::vector<ChainId>& chains) {
-  SolutionRecord out{chains[0], {}, 0, 0, {}};
+  SolutionRecord out;
+  out.reference = chains[0];
   for (const ChainId& chain : chains) out.robots.push_back({chain, {}});
   return out;
 }

@@ -4,6 +4,7 @@
 #include "mapping/records/keyframe.hpp"
 #include "mapping/records/kind.hpp"
 #include "mapping/records/link.hpp"
+#include "mapping/records/ruling.hpp"
 #include "mapping/records/solution.hpp"
 #include "mapping/records/submap.hpp"
 #include "mapping/records/trajectory.hpp"
@@ -119,7 +120,13 @@ SolutionRecord random_solution(Random& random) {
   out.map.voxel_um = static_cast<std::int32_t>(random.integer(1000, 1'000'000));
   out.map.truncation_um = static_cast<std::int32_t>(random.integer(1, 100)) * out.map.voxel_um;
   out.map.blocks = static_cast<std::uint32_t>(random.integer(1, 1 << 24));
+  out.up = up_direction(Vector3f(1, -2, 2) / 3);
   return out;
+}
+
+RulingRecord random_ruling(Random& random) {
+  const ChainId a{RobotId::from_name("a"), random.next()}, b{RobotId::from_name("b"), random.next()};
+  return {a, b, random.integer(0, 1) == 1, static_cast<std::uint32_t>(random.integer(1, 1 << 30))};
 }
 
 FrontierRecord random_frontier(Random& random) {
@@ -165,6 +172,7 @@ const Codec kCodecs[] = {
     {"link", sample<random_link>, again<decode_link>},
     {"solution", sample<random_solution>, again<decode_solution>},
     {"frontier", sample<random_frontier>, again<decode_frontier>},
+    {"ruling", sample<random_ruling>, again<decode_ruling>},
     {"finished", sample<random_finished>, again<decode_finished>},
 };
 
@@ -293,6 +301,9 @@ TEST(Records, NamesTheFieldThatBreaksABound) {
   expect_refused(decode_solution(encode(solution)), "map.truncation_um");
   solution.map = {20'000, 60'000, 0};
   expect_refused(decode_solution(encode(solution)), "map.blocks");
+  solution = random_solution(random);
+  solution.up = {{0, 900'000, 0}};
+  expect_refused(decode_solution(encode(solution)), "up: not of unit length");
   FrontierRecord frontier{1, {{{RobotId::from_name("a"), 2}, 1, 1}, {{RobotId::from_name("a"), 1}, 1, 1}}};
   expect_refused(decode_frontier(encode(frontier)), "chains: not sorted");
   SubmapRecord submap;

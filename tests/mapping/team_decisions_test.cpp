@@ -78,7 +78,7 @@ TEST_F(Decisions, AStrangerThatSortsFirstDecidesNothing) {
   SubmapRecord broken{0, 20000, 60000, {{{100, 0, 0}, {}}}};
   broken.blocks[0].voxels[7] = {2 * kTsdfOne, 1, {}};
   evil.write(Lane::voxels, RecordKind::submap, broken);
-  SolutionRecord own{evil.chain(), {{evil.chain(), {}}}, 0, 0, {}};
+  const SolutionRecord own = alone_on_map(evil.chain());
   evil.solution(own);
   evil.write(Lane::control, RecordKind::finished, FinishedRecord{0, 0, 0, 1});
   robot.apply(evil.written());

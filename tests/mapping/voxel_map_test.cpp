@@ -174,9 +174,9 @@ TEST(VoxelMap, HandsOutChangedBlocksOnceInOrder) {
   EXPECT_EQ(map.take_settled(0, 2), (std::vector<BlockKey>{{-1, 5, 0}, {2, -1, 0}}));
   EXPECT_EQ(map.take_settled(0, 9), (std::vector<BlockKey>{{2, 0, 0}}));
   EXPECT_TRUE(map.take_settled(0, 9).empty());
-  see({-1, 5, 0}, 80, 89);
-  EXPECT_TRUE(map.take_settled(0, 9).empty()) << "nine voxels more of eighty is not worth its bytes";
-  see({-1, 5, 0}, 89, 90);
+  see({-1, 5, 0}, 80, 99);
+  EXPECT_TRUE(map.take_settled(0, 9).empty()) << "nineteen voxels more of eighty are not worth its bytes";
+  see({-1, 5, 0}, 99, 100);
   EXPECT_EQ(map.take_settled(0, 9), (std::vector<BlockKey>{{-1, 5, 0}}));
   see({2, 0, 0}, 0, 80);
   EXPECT_TRUE(map.take_settled(0, 9).empty()) << "seen twice";

@@ -8,6 +8,7 @@
 #include "daemon/config.hpp"
 #include "daemon/frame_check.hpp"
 #include "daemon/frame_times.hpp"
+#include "daemon/heartbeat.hpp"
 #include "daemon/log.hpp"
 #include "daemon/worker.hpp"
 #include "hal/base/bounded_queue.hpp"
@@ -39,7 +40,9 @@ class Capture {
   void stop();  // no more frames; what is queued may still be taken
   BlockingQueue<hal::Frame>& frames() { return queue_; }
   bool ended() const { return ended_; }  // the stream came to its end by itself
+  bool away() const { return away_; }    // the camera is gone, and waited for
   CaptureCounters counters() const;
+  const Heartbeat& heartbeat() const { return heartbeat_; }
 
  private:
   void run();
@@ -60,7 +63,7 @@ class Capture {
   std::array<std::atomic<std::uint64_t>, kFrameFaults> faults_{};
   FrameCheck check_;
   FrameTimes times_;
-  bool away_ = false;  // the camera, as the log has it
+  std::atomic<bool> away_ = false;  // the camera, as the log has it
   std::atomic<bool> ended_ = false;
   bool stopping_ = false;  // with mutex_
   std::mutex mutex_;
@@ -68,6 +71,7 @@ class Capture {
   bool paced_ = false;  // the first frame set the pace's origin
   Instant origin_{};
   FrameTime origin_frame_{};
+  Heartbeat heartbeat_;
   Worker thread_;
 };
 

@@ -19,5 +19,6 @@ Duration wall_clock_offset();
 
 // Peak resident memory of this process so far (VmHWM), MiB.
 double peak_rss_mb();
+double rss_mb();  // now (VmRSS)
 
 }  // namespace onemap::daemon

@@ -1,4 +1,5 @@
 #pragma once
+#include <map>
 #include <string>
 #include <vector>
 
@@ -38,7 +39,7 @@ struct SnapshotsConfig {
 // Everything that a daemon can be told, with its defaults; files and the command line fill it.
 struct Config {
   std::string id;                               // 1..16 characters of A-Z a-z 0-9 _ . -
-  std::string camera;                           // address, see --help
+  std::string camera = "auto";                  // address, see --help
   std::string out;                              // folder of what is written
   std::string listen;                           // ADDR:PORT; empty: 0.0.0.0, any port, when not alone
   std::vector<std::string> peers;               // ADDR:PORT
@@ -46,6 +47,7 @@ struct Config {
   std::uint64_t bytes_per_second = 8'000'000;   // pacing of what is sent, over all neighbours
   std::size_t store_budget_bytes = 256u << 20;  // records held, everybody's
   bool once = false;                            // finish when the stream is over and the team agrees
+  bool quick_stop = false;                      // a signal ends it within two seconds, without pictures
   Speed speed;
   double linger_s = 3;                // how long a finished robot still answers after all agree (once)
   double merge_while_mapping_s = 10;  // at most so often pairs are looked at while robots map; 0: only at the end
@@ -61,17 +63,24 @@ struct Config {
   mapping::FindPairs find_pairs = mapping::FindPairs::by_index;
   RecordConfig record;
   SnapshotsConfig snapshots;
+  std::string poses_socket;  // path of pose_streams; empty: none
+  // Key (SECTION.NAME) -> where its value is from: FILE:LINE or the command line. What is not here has its default.
+  std::map<std::string, std::string> origins;
+  std::string control_socket;   // path; empty: where control::default_socket() says
+  std::string control_tcp;      // ADDR:PORT of loopback, read-only; empty: none
+  std::string control_metrics;  // ADDR:PORT of loopback, HTTP; empty: none
 
   bool alone() const { return listen.empty() && peers.empty() && group.empty(); }
 };
 
-// Reads a TOML file over what `config` holds. Unknown keys, values out of range and what does not fit together are
-// errors with file:line. The keys are in config_key.hpp.
-Status load_config(const std::string& file, Config& config);
+// Reads a TOML file over what `config` holds. Unknown keys and values out of range are errors with file:line, one for
+// each; such a key keeps the value that it had. The keys are in config_key.hpp.
+std::vector<Error> read_config(const std::string& file, Config& config);
 
 // Whether a daemon can work with this, as far as it can be told before anything is opened: the id's form, that there
-// are a camera and a place to write, what a mapper accepts, addresses that can be reached, budgets that this machine
-// has.
+// are a camera and a place to write, what a mapper accepts and what does not fit together, addresses that can be
+// reached, budgets that this machine has. The error's place is where the wrong value is from, if that is not its
+// default, else its key.
 Status check_config(const Config& config);
 
 // The same of the mapper and a camera that is open now. The error's place is the key or the camera's property.

@@ -14,6 +14,10 @@ namespace onemap::daemon {
 // What a file or a command line says for a key.
 using ConfigValue = std::variant<bool, std::int64_t, double, std::string, std::vector<std::string>>;
 
+// What a changed value of a key asks for when the file is read again (SIGHUP). `live` is for what only the main thread
+// reads, each time anew: nothing else may change under a running daemon.
+enum class Reload { restart, live };
+
 // One key of the configuration: what people read about it, and how it gets into a Config and out of it again. The one
 // table of these keys reads the file and the command line, and writes --help-config and parts of --help.
 struct ConfigKey {
@@ -22,6 +26,7 @@ struct ConfigKey {
   std::string values;                                      // what is accepted
   std::function<Status(const ConfigValue&, Config&)> set;  // its error has a reason only
   std::function<ConfigValue(const Config&)> get;
+  Reload reload = Reload::restart;
 
   std::string full_name() const { return std::string(section) + "." + std::string(name); }
 };
@@ -41,7 +46,9 @@ std::string unknown_section(std::string_view name);
 // A value as TOML has it.
 std::string toml_text(const ConfigValue& value);
 
-// A file that load_config() reads: every key with its text and the value that `config` has.
+// A file that read_config() reads: every key with its text and the value that `config` has.
 std::string config_text(const Config& config);
+// The values that `config` has, in a form that read_config() reads, and where each is from.
+std::string origins_text(const Config& config);
 
 }  // namespace onemap::daemon

@@ -31,11 +31,16 @@ class Harvest {
   };
   Harvest(const Config& config, const Sources& sources, Log& log) : config_(config), from_(sources), log_(log) {}
 
-  // The first error; each is logged as it happens.
-  Status write();
+  // Quick: what takes long (pictures, models, the floor plan) is left out. The first error; each is logged as it
+  // happens.
+  enum class Extent { everything, quick };
+  Status write(Extent extent = Extent::everything);
+  // The global map and everybody's way in it, as save_map() has it; nothing while there is none.
+  std::optional<std::vector<std::uint8_t>> saved_map() const;
 
  private:
   void say_costs() const;
+  void write_what_takes_long();
   Status write_trajectories() const;
   Status write_graph() const;
   Status write_plan();

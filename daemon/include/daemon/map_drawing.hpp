@@ -20,8 +20,8 @@ struct MapSource {
   const mapping::VoxelMap* map = nullptr;
 };
 
-// Where the global map has everybody's keyframes, and without one this robot's odometry its own; for the floor plan.
-std::vector<mapping::PlacedKeyframe> placed_keyframes(const MapSource& from);
+// The floor plan of the global map, and without one of this robot's own odometry.
+Result<mapping::Survey> survey_of(const MapSource& from, const mapping::SurveyConfig& config);
 
 // The team's map and everybody's way in it, saved; there must be one. title: for the picture.
 std::vector<std::uint8_t> save_global(const MapSource& from, const std::string& title);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "daemon/config.hpp"
+#include "daemon/config_files.hpp"
 
 namespace onemap::daemon {
 
@@ -27,7 +28,11 @@ struct Parsed : Ending {
   std::optional<T> value;
 };
 
-// onemapd's command line; the file of --config is read first and the command line goes over it.
-Parsed<Config> parse_daemon_options(const std::vector<std::string>& arguments);
+// onemapd's command line; the configuration's files are read first and the command line goes over them.
+Parsed<Config> parse_daemon_options(const std::vector<std::string>& arguments, const Surroundings& surroundings = {});
+
+// The same again under a running daemon (SIGHUP), started with these arguments. The error holds everything that is
+// wrong; the daemon goes on with what it has. What may be taken over says plan_reload().
+Result<Config> reload_config(const std::vector<std::string>& arguments, const Surroundings& surroundings = {});
 
 }  // namespace onemap::daemon

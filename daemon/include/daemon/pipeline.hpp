@@ -1,16 +1,20 @@
 #pragma once
 #include <array>
 #include <atomic>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <vector>
 
 #include "daemon/config.hpp"
+#include "daemon/depth_sense.hpp"
+#include "daemon/heartbeat.hpp"
 #include "daemon/latency.hpp"
 #include "daemon/log.hpp"
 #include "daemon/match_pictures.hpp"
 #include "daemon/outgoing.hpp"
 #include "daemon/publisher.hpp"
+#include "daemon/step_times.hpp"
 #include "daemon/worker.hpp"
 #include "hal/base/bounded_queue.hpp"
 #include "hal/frame_pool.hpp"
@@ -35,6 +39,16 @@ struct PoseNow {
   std::uint32_t chain = 0;                    // of this chain: so many ended before it
 };
 
+// How it goes, for those who look after it; readable while it runs.
+struct PipelineView {
+  FrameCosts costs;
+  std::array<std::uint64_t, static_cast<std::size_t>(mapping::TrackReason::count)> not_placed{};  // frames, by reason
+  std::uint64_t times_lost = 0, relocalized = 0;
+  std::size_t blocks = 0;  // of the local map's pool, in use
+  std::uint32_t chains_ended = 0;
+  std::optional<DepthLook> look;  // of a frame within the last second or so
+};
+
 // The work thread: takes frames from the queue, runs the mapper's frame path, and hands what it sealed to the
 // publisher. The mapper and its voxel map belong to this thread until finished.
 class Pipeline {
@@ -50,6 +64,10 @@ class Pipeline {
   void join();
   PipelineProgress progress() const;
   PoseNow pose() const;
+  const Heartbeat& heartbeat() const { return heartbeat_; }
+  PipelineView view() const;
+  // Told after every frame, on the work thread: must be quick. Before start().
+  void on_pose(std::function<void(const PoseNow&)> told) { told_ = std::move(told); }
 
   // After join().
   const mapping::LocalMapper& mapper() const { return *mapper_; }
@@ -57,8 +75,8 @@ class Pipeline {
     return poses_;
   }  // all chains', in the first one's frame; bounded
   std::uint64_t keyframes_published() const { return keyframes_published_; }
-  const LatencyHistogram& frame_times() const { return frame_times_; }  // processor time of this thread
-  std::string step_table() const;                                       // for the log: each step's mean and share
+  const LatencyHistogram& frame_times() const { return times_.frames(); }  // processor time of this thread
+  std::string step_table() const;                                          // for the log: each step's mean and share
 
  private:
   void run();
@@ -69,9 +87,9 @@ class Pipeline {
   void seal_all();
   void process(const hal::FrameView& frame);
   void keep_pose(const hal::FrameView& frame, const mapping::FrameReport& report);
+  void keep_view(const hal::FrameView& frame, const mapping::FrameReport& report);
   void log_full();
   void log_change(const hal::FrameView& frame, const mapping::FrameReport& report);
-  void begin_step(mapping::Step step);
   // What the mapper sealed, into the publisher's slots.
   void drain();
   bool take(Publisher::Sealed& into);
@@ -88,8 +106,11 @@ class Pipeline {
   Log& log_;
   std::unique_ptr<mapping::LocalMapper> mapper_;
   mapping::SmoothOdometry odometry_;
-  mutable std::mutex pose_mutex_;  // of pose_
+  mutable std::mutex pose_mutex_;  // of pose_ and view_
   PoseNow pose_;
+  PipelineView view_;  // without the costs
+  std::function<void(const PoseNow&)> told_;
+  std::vector<std::uint16_t> depth_scratch_;
   std::optional<MatchPictures> matches_;
   Publisher publisher_;
   std::vector<mapping::StampedPose> poses_;
@@ -101,13 +122,11 @@ class Pipeline {
   Duration patience_{};
   mapping::TrackState last_state_ = mapping::TrackState::starting;
   std::uint64_t lost_since_ = 0;
-  LatencyHistogram frame_times_;
-  std::array<Duration, mapping::kSteps> step_time_{};
-  std::size_t step_ = mapping::kSteps;
-  Duration step_began_{};
+  StepTimes times_;
   std::atomic<std::uint64_t> frames_done_ = 0, tracked_ = 0, keyframes_ = 0, blocks_refused_ = 0;
   bool ending_ = false;  // what is left is handed over, however long that takes
   std::atomic<bool> finished_ = false, abandoned_ = false;
+  Heartbeat heartbeat_;
   Worker thread_;
 };
 

@@ -14,6 +14,7 @@
 #include "comms/node.hpp"
 #include "comms/udp/udp_port.hpp"
 #include "daemon/config.hpp"
+#include "daemon/heartbeat.hpp"
 #include "daemon/life.hpp"
 #include "daemon/log.hpp"
 #include "daemon/outgoing.hpp"
@@ -22,7 +23,14 @@
 
 namespace onemap::daemon {
 
+// Records of one author, by kind; index 0: of a kind that this version does not know.
+struct RecordTally {
+  static constexpr std::size_t kKinds = 9;
+  std::array<std::uint64_t, kKinds> records{}, bytes{};  // bytes of bodies
+};
+
 struct RadioView {
+  std::uint64_t life = 0;  // this robot's number of it
   std::uint64_t frontier_digest = 0;
   std::uint64_t robots_heard = 1;      // with records or as living neighbours, this one included
   std::uint64_t neighbours_heard = 0;  // ever
@@ -39,6 +47,9 @@ struct RadioView {
   std::uint64_t left_out = 0;                    // own records that the store refused: the map is without them
   std::string store_full;                        // why records cannot be held, in words; empty: they can
   bool delivered = true;                         // neighbours hold this robot's control and pose records
+  std::vector<comms::NeighbourStatus> neighbours;
+  comms::Counters counters;                // of this robot's present life
+  std::map<RobotId, RecordTally> records;  // by author, as they were applied
 };
 
 // The radio thread: the protocol's node on a UDP socket, or with nobody to hear when the robot is alone. Others hand it
@@ -63,6 +74,7 @@ class Radio {
   void say(std::uint64_t map_digest, bool finished);  // any thread: what neighbours and beacons hear
   void leave_out(std::set<RobotId> gone);             // any thread: agreement does not wait for these
   RadioView view() const;
+  const Heartbeat& heartbeat() const { return heartbeat_; }
   std::uint64_t incarnation() const { return life_.number(); }  // before start()
   std::string local() const { return comms::to_string(port_->local()); }
 
@@ -110,14 +122,16 @@ class Radio {
   std::set<RobotId> gone_;
   RadioView view_;
 
-  std::uint64_t said_digest_ = 0;  // as the node has it
-  std::map<RobotId, bool> alive_;  // as last logged
+  std::uint64_t said_digest_ = 0;           // as the node has it
+  std::map<RobotId, bool> alive_;           // as last logged
+  std::map<RobotId, RecordTally> records_;  // of robots that the store holds
   std::array<std::uint64_t, comms::kRefusalCount> logged_refusals_{};
   std::uint64_t sends_ = 0, sends_failed_ = 0, failed_before_ = 0;  // datagrams; since the last look; before it
   bool cut_off_ = false;                                            // nothing could be sent, as last logged
   Instant looked_{};
   std::atomic<bool> stopping_ = false;
   std::atomic<std::int64_t> linger_until_ns_ = 0;
+  Heartbeat heartbeat_;
   Worker thread_;
 };
 

@@ -54,6 +54,10 @@ class Recorder {
   Status start(const std::string& folder);
   // What was offered is written before it returns. Nothing happens when none is running. The view of what was stopped.
   RecorderView stop();
+  // The same without waiting: done() is called with that view, on the recorder's thread or, when none is running, at
+  // once.
+  void stop_later(std::function<void(const RecorderView&)> done);
+  bool wants_poses() const { return recording_ && config_.mcap; }
   void offer(const hal::FrameView& frame);  // the camera's thread
   // Any thread; never waits. Where the camera was, for recording.mcap; what comes between two frames that are written
   // is kept up to kPoses, and of more the oldest goes.
@@ -74,7 +78,8 @@ class Recorder {
     std::mutex pose_mutex;
     std::deque<RecordedPose> poses;
     std::atomic<std::uint64_t> frames = 0, bytes = 0, dropped = 0;
-    std::atomic<bool> open = true;  // takes frames
+    std::atomic<bool> open = true;                  // takes frames
+    std::function<void(const RecorderView&)> done;  // set before the queue is closed
     Worker thread;
   };
   Status open(Session& session) const;
@@ -83,6 +88,7 @@ class Recorder {
   Status write(Session& session, const hal::FrameView& frame);
   Status room(const Session& session) const;
   void end(Session& session, const Error& why);
+  void finish(Session& session);
 
   const RecorderConfig config_;
   const hal::Intrinsics intrinsics_;
@@ -93,7 +99,8 @@ class Recorder {
   mutable std::mutex mutex_;          // of session_ and view_
   std::shared_ptr<Session> session_;  // running, or ended by itself
   RecorderView view_;                 // of the last one, but what the session counts
-  Failures failures_;                 // a recording that fails is no failure of the daemon
+  std::atomic<bool> recording_ = false;
+  Failures failures_;  // a recording that fails is no failure of the daemon
 };
 
 }  // namespace onemap::daemon

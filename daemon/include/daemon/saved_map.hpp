@@ -1,11 +1,13 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "hal/base/result.hpp"
 #include "mapping/local/voxel_map.hpp"
+#include "mapping/records/solution.hpp"
 #include "mapping/records/trajectory.hpp"
 #include "render/scene.hpp"
 
@@ -21,9 +23,11 @@ struct SavedPath {
 };
 
 // A map as bytes that never change: its blocks as submap records (means of the voxels, compressed) and the robots'
-// ways. What draws pictures and models gets this, so that it needs nothing of a running daemon but a file.
+// ways, and which way is up where the map says it. What draws pictures and models gets this, so that it needs nothing
+// of a running daemon but a file.
 std::vector<std::uint8_t> save_map(const std::string& title, std::span<const SavedPath> paths,
-                                   const mapping::VoxelMap& map);
+                                   const mapping::VoxelMap& map,
+                                   const std::optional<mapping::UpDirection>& up = std::nullopt);
 
 // The mesh, title and paths of a saved map. The error names `place` and what is wrong; any bytes give one or the other.
 Result<render::Scene> load_map(const std::string& place, std::span<const std::uint8_t> bytes);

@@ -7,6 +7,8 @@
 #include <optional>
 #include <set>
 
+#include "daemon/heartbeat.hpp"
+#include "daemon/link_tally.hpp"
 #include "daemon/log.hpp"
 #include "daemon/outgoing.hpp"
 #include "daemon/worker.hpp"
@@ -28,20 +30,28 @@ class Team {
   Team(const Team&) = delete;
   Team& operator=(const Team&) = delete;
 
+  // Told of everything that happens in the team, on the team's thread: must be quick. Before start().
+  void on_event(std::function<void(const mapping::TeamEvent&)> told) { told_ = std::move(told); }
   void start();
-  void stop();                                       // within two seconds, whatever is being done
+  // Whatever is being done; the map that was being built gets so long.
+  static constexpr Duration kForTheMap = std::chrono::milliseconds(1500);
+  void stop(Duration for_the_map = kForTheMap);
   void apply(std::shared_ptr<const Record> record);  // from the radio; the store bounds how much can wait
   // From the radio: this robot goes on under this number. repeats: its records come again, and those of the life before
   // do not count.
   void begin_life(std::uint64_t incarnation, bool repeats);
   // Any thread: when each robot was last known to live, and of whom every record that is known of is here.
   void presence(const std::map<RobotId, Instant>& last_sign, const std::set<RobotId>& records_complete);
+  // Any thread: asked on the team's thread, between two pieces of its work, which take up to seconds.
+  void ask(std::function<void(mapping::TeamMap&)> question);
   TeamView view() const;
   // Any thread: calls look(map) on the team's thread, between two pieces of its work, again and again until it says
   // that it has seen what it wanted. It must be quick: the team's work waits. What has not been called when the thread
   // ends never is.
   using Look = std::function<bool(const mapping::TeamMap&)>;
   void look(Look look);
+  const Heartbeat& heartbeat() const { return heartbeat_; }
+  LinkTally links() const;                              // any thread
   const mapping::TeamMap& map() const { return map_; }  // after stop()
 
  private:
@@ -51,7 +61,8 @@ class Team {
     std::map<RobotId, Instant> last_sign;
     std::set<RobotId> records_complete;
     bool presence = false;
-    bool empty() const { return records.empty() && !new_life; }
+    std::vector<std::function<void(mapping::TeamMap&)>> questions;
+    bool empty() const { return records.empty() && !new_life && questions.empty(); }
   };
   void run();
   Inbox take(bool wait);
@@ -63,13 +74,17 @@ class Team {
   Failures& failures_;
   Log& log_;
   const Publish publish_;
+  std::function<void(const mapping::TeamEvent&)> told_;
   mapping::TeamMap map_;
-  mutable std::mutex mutex_;  // of inbox_, view_ and looks_
+  mutable std::mutex mutex_;  // of inbox_, view_, looks_ and links_
   std::condition_variable wake_;
   Inbox inbox_;
   TeamView view_;
   std::vector<Look> looks_;
+  LinkTally links_;
   std::atomic<bool> stopping_ = false;
+  std::atomic<std::int64_t> for_the_map_ns_ = Duration(kForTheMap).count();
+  Heartbeat heartbeat_;
   Worker thread_;
 };
 

@@ -91,7 +91,7 @@ Result<FleetConfig> to_config(const Given& given) {
   if (auto speed = parse_speed(config.speed); !speed) return speed.error();
   Config robot;
   if (!config.robot_config.empty())
-    if (auto status = load_config(config.robot_config, robot); !status) return status.error();
+    if (const auto errors = read_config_files(config.robot_config, true, robot); !errors.empty()) return errors.front();
   config.faults = {*loss, std::chrono::microseconds(static_cast<std::int64_t>(given.delay_ms * 1e3)), given.seed};
   return config;
 }

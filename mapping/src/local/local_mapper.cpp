@@ -15,6 +15,7 @@ namespace onemap::mapping {
 namespace {
 
 constexpr std::size_t kTrajectoryRing = 16384, kPoseBatch = 256;
+constexpr std::chrono::milliseconds kMostOpen{1500};  // a keyframe's pose is final after that
 
 FrontEndConfig front_end_config(const LocalMapperConfig& c) {
   FrontEndConfig out;
@@ -49,6 +50,7 @@ struct LocalMapper::Impl {
   void refuse(TrackReason reason, FrameReport& report);
   void lose(TrackReason reason, FrameReport& report);
   Pose settle(const hal::FrameView& frame, const Placed& placed, FrameReport& report);
+  void seal_older(FrameTime now);
   void finish();
 
   FrontEnd front_end;
@@ -72,6 +74,7 @@ FrameReport LocalMapper::Impl::process(const hal::FrameView& frame) {
     return report;
   }
   // SURF features with their points, eq. (5), and the voxel grid's cloud, figure 7.
+  seal_older(frame.colour_time);
   front_end.observe(frame, begin, seen);
   report.features = static_cast<int>(seen.features.size());
 
@@ -139,6 +142,11 @@ Pose LocalMapper::Impl::settle(const hal::FrameView& frame, const Placed& placed
   report.reference_keyframe = keyframes.reference().index;
   report.T_robot_camera = T_camera_robot.inverse();
   return T_camera_robot;
+}
+
+// Others get a keyframe soon, also from a camera that stands still or sees nothing.
+void LocalMapper::Impl::seal_older(FrameTime now) {
+  while (const auto sealed = keyframes.seal_older(now - kMostOpen)) trajectory.seal(keyframes.landmarks(), *sealed);
 }
 
 void LocalMapper::Impl::finish() {

@@ -2,6 +2,8 @@
 
 #include <xxhash.h>
 
+#include <cmath>
+
 #include "records/field_reader.hpp"
 
 namespace onemap::mapping {
@@ -44,7 +46,38 @@ MapParameters read_parameters(FieldReader& in) {
   return out;
 }
 
+UpDirection read_up(FieldReader& in) {
+  UpDirection out;
+  double squared = 0;
+  for (std::int32_t& v : out.millionths) {
+    v = in.get<std::int32_t>("up");
+    squared += static_cast<double>(v) * v * 1e-12;
+  }
+  in.require(squared > 0.99 && squared < 1.01, "up", "not of unit length");
+  return out;
+}
+
 }  // namespace
+
+UpDirection up_direction(const Vector3f& up) {
+  UpDirection out;
+  for (int i = 0; i < 3; ++i)
+    out.millionths[static_cast<std::size_t>(i)] =
+        static_cast<std::int32_t>(std::lround(1e6 * static_cast<double>(up[i])));
+  return out;
+}
+
+Vector3f unit_vector(const UpDirection& up) {
+  const auto& m = up.millionths;
+  return Vector3d(m[0], m[1], m[2]).normalized().cast<float>();
+}
+
+SolutionRecord alone_on_map(const ChainId& chain) {
+  SolutionRecord out;
+  out.reference = chain;
+  out.robots.push_back({chain, {}});
+  return out;
+}
 
 std::vector<std::uint8_t> encode(const SolutionRecord& record) {
   std::vector<std::uint8_t> body;
@@ -57,6 +90,7 @@ std::vector<std::uint8_t> encode(const SolutionRecord& record) {
   out.put(record.map.voxel_um);
   out.put(record.map.truncation_um);
   out.put(record.map.blocks);
+  for (const std::int32_t v : record.up.millionths) out.put(v);
   return body;
 }
 
@@ -81,6 +115,7 @@ Result<SolutionRecord> decode_solution(std::span<const std::uint8_t> body) {
   out.links_used = in.get<std::uint32_t>("links_used");
   out.links_refused = in.get<std::uint32_t>("links_refused");
   out.map = read_parameters(in);
+  out.up = read_up(in);
   return in.finish(std::move(out));
 }
 

@@ -36,7 +36,8 @@ std::vector<TeamLink> counting_links(const TeamLog& log) {
   const std::vector<ChainId> ids = log.chains();
   for (std::size_t i = 0; i < ids.size(); ++i)
     for (std::size_t j = i + 1; j < ids.size(); ++j)
-      if (const LinkRecord* link = link_between(log, ids[i], ids[j])) out.push_back({ids[i], ids[j], link});
+      if (const LinkRecord* link = link_between(log, ids[i], ids[j]); link && !log.rulings().apart(ids[i], ids[j]))
+        out.push_back({ids[i], ids[j], link});
   return out;
 }
 
@@ -47,7 +48,8 @@ const LinkRecord* own_loops(const TeamMember& member, const RobotId& robot) {
 std::vector<TeamLink> counting_loops(const TeamLog& log) {
   std::vector<TeamLink> out;
   for (const ChainId& chain : log.chains())
-    if (const LinkRecord* loops = own_loops(*log.find(chain), chain.robot)) out.push_back({chain, chain, loops});
+    if (const LinkRecord* loops = own_loops(*log.find(chain), chain.robot); loops && !log.rulings().apart(chain, chain))
+      out.push_back({chain, chain, loops});
   return out;
 }
 

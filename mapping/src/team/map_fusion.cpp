@@ -151,6 +151,7 @@ std::uint64_t MapFusion::digest() const {
   if (!done()) return 0;
   SolutionRecord named = target_->solution;
   named.reference.incarnation = 0;
+  named.up = {};  // from floating point, and nothing of the map
   for (SolvedRobot& robot : named.robots) robot.chain.incarnation = 0;
   std::vector<std::uint8_t> bytes = encode(named);
   ByteWriter(bytes).put(atlas_->map().digest());

@@ -38,7 +38,8 @@ std::optional<PairVerifier::Look> PairVerifier::next(const Agreement& team, Inst
   if (std::exchange(own_, self) != self) schedule_.clear();
   for (const ChainId& other : team.chains()) {
     const TeamMember* theirs = team.log().find(other);
-    if (other == self || theirs == nullptr || !mine(team, other, now)) continue;
+    if (other == self || theirs == nullptr || team.log().rulings().apart(self, other)) continue;
+    if (!mine(team, other, now)) continue;
     if (schedule_.due(count(team, self, *own), other, count(team, other, *theirs), now))
       return look(team, other, now, stop);
   }

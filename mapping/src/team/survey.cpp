@@ -13,30 +13,24 @@ namespace {
 
 constexpr std::size_t kMostForLevel = 150;  // keyframes in which up and the floor are looked for
 
-Vector3f cameras_up(std::span<const PlacedKeyframe> keyframes) {
-  Vector3d sum = Vector3d::Zero();
-  for (const PlacedKeyframe& keyframe : keyframes) sum -= keyframe.T_map_keyframe.R.col(1);
-  if (!(sum.norm() > 0.1 * static_cast<double>(keyframes.size())) || !sum.allFinite()) return {0, -1, 0};
-  return sum.normalized().cast<float>();
-}
-
 // The least step through `count` things that takes at most `most` of them.
 std::size_t step_for(std::size_t count, std::size_t most) {
   return count <= most ? 1 : (count + most - 1) / std::max<std::size_t>(most, 1);
 }
 
-std::optional<Pose> find_level(std::span<const PlacedKeyframe> keyframes) {
+std::optional<Pose> find_level(std::span<const PlacedKeyframe> keyframes, const std::optional<Vector3f>& up) {
   std::vector<Facet> facets;
   for (std::size_t i = 0; i < keyframes.size(); i += step_for(keyframes.size(), kMostForLevel))
     if (const auto record = decode_keyframe(keyframes[i].body))
       add_facets(record->grid, keyframes[i].T_map_keyframe, facets);
-  return level_frame(facets, up_of(facets, cameras_up(keyframes)));
+  return level_frame(facets, up ? *up : up_of_keyframes(keyframes, kMostForLevel));
 }
 
 }  // namespace
 
-Result<Survey> survey(std::span<const PlacedKeyframe> keyframes, const SurveyConfig& config) {
-  const auto T_level_map = find_level(keyframes);
+Result<Survey> survey(std::span<const PlacedKeyframe> keyframes, const SurveyConfig& config,
+                      const std::optional<Vector3f>& up) {
+  const auto T_level_map = find_level(keyframes, up);
   if (!T_level_map) return Error{"floor plan", "no floor is seen"};
   FreeSpace space(config.space);
   Survey out;

@@ -122,6 +122,12 @@ SolutionRecord record_of(const GraphSolution& solution) {
   return out;
 }
 
+GraphSolution solve_from(const PoseGraph& graph, const TeamLog& log, const SolutionRecord* in_use) {
+  if (in_use == nullptr || !in_own_frame(log, *in_use)) return graph.solve();
+  const GraphSolution before = graph_solution(log, *in_use);
+  return graph.solve(&before);
+}
+
 }  // namespace
 
 PoseGraph team_graph(const TeamLog& log, std::span<const ChainId> lives) {
@@ -145,18 +151,18 @@ SolutionRecord solve_team(const TeamLog& log, std::span<const ChainId> lives, co
   const PoseGraph graph = team_graph(log, lives);
   if (graph.chains().empty()) {
     if (lives.empty()) return {};
-    const ChainId& first = *std::ranges::min_element(lives);
-    return {first, {{first, {}}}, 0, 0, {}};
+    return alone_on_map(*std::ranges::min_element(lives));
   }
-  if (in_use == nullptr) return record_of(graph.solve());
-  const GraphSolution before = graph_solution(log, *in_use);
-  return record_of(graph.solve(in_own_frame(log, *in_use) ? &before : nullptr));
+  return record_of(solve_from(graph, log, in_use));
+}
+
+GraphSolution solve_graph(const TeamLog& log, const SolutionRecord* in_use) {
+  return solve_from(team_graph(log, log.chains()), log, in_use);
 }
 
 std::string graph_text(const TeamLog& log, const SolutionRecord& in_use) {
   const PoseGraph graph = team_graph(log, log.chains());
-  const GraphSolution before = graph_solution(log, in_use);
-  return to_g2o(graph, graph.solve(in_own_frame(log, in_use) ? &before : nullptr));
+  return to_g2o(graph, solve_from(graph, log, &in_use));
 }
 
 bool agree(const TeamLog& log, const SolutionRecord& a, const SolutionRecord& b, double bound_m) {

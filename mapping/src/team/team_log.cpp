@@ -13,7 +13,8 @@ namespace {
 
 bool shapes_the_graph(std::uint16_t kind) {
   const auto k = static_cast<RecordKind>(kind);
-  return k == RecordKind::hello || k == RecordKind::keyframe || k == RecordKind::link || k == RecordKind::finished;
+  return k == RecordKind::hello || k == RecordKind::keyframe || k == RecordKind::link || k == RecordKind::finished ||
+         k == RecordKind::ruling;
 }
 
 }  // namespace
@@ -22,6 +23,7 @@ void TeamLog::begin_life(std::uint64_t incarnation, bool repeats) {
   if (repeats) {
     members_.erase(self_);
     repeated_ = self_.incarnation;
+    rulings_ = Rulings(members_);
   }
   self_.incarnation = incarnation;
   ++revision_;
@@ -34,6 +36,7 @@ TeamMember* TeamLog::begin(const ChainId& chain) {
   if (static_cast<std::size_t>(std::distance(first, last)) >= kMaxLives) {
     if (chain < first->first) return nullptr;
     members_.erase(first);
+    rulings_ = Rulings(members_);
   }
   ++revision_;
   TeamMember& member = members_[chain];
@@ -63,6 +66,7 @@ Result<bool> TeamLog::apply(const RecordPtr& record, Instant now) {
   (*member)->heard = now;
   if (shapes_the_graph(record->kind)) ++revision_;
   if (const Status status = (*member)->apply(record); !status) return status.error();
+  if (static_cast<RecordKind>(record->kind) == RecordKind::ruling) rulings_ = Rulings(members_);
   return true;
 }
 

@@ -49,6 +49,8 @@ void TeamMap::tell(const Record& record, bool first_hello) {
   if (kind == RecordKind::hello && first_hello && robot != self_)
     events_.emplace_back(RobotJoined{robot, member->camera});
   if (kind == RecordKind::finished && member->finished) events_.emplace_back(RobotFinished{robot, *member->finished});
+  if (kind == RecordKind::ruling)
+    if (const auto ruling = decode_ruling(record.body); ruling) events_.emplace_back(PairRuled{robot, *ruling});
   if (kind != RecordKind::link) return;
   if (const auto link = decode_link(record.body); link) events_.emplace_back(LinkLooked{chain, *link});
 }
@@ -113,6 +115,7 @@ bool TeamMap::decide(const Agreement& team, Instant now) {
   if (!team.ready()) return decide_now(team, now) || say_frontier(now);
   // The links are all that will come: the very solution that follows from them.
   auto wanted = solver_.wanted(team, nullptr);
+  if (wanted) wanted->up = up_.final(log_, *wanted);
   if (!wanted || wanted == published_) return false;
   const TeamMember* made = decision_.made(team, solver_);
   if (made != nullptr && made->solution != published_) return false;  // of one that has gone
@@ -129,6 +132,7 @@ bool TeamMap::decide_now(const Agreement& team, Instant now) {
   const SolutionRecord* in_use = published_ ? &*published_ : made != nullptr ? &*made->solution : nullptr;
   auto wanted = solver_.wanted(team, in_use);
   if (!wanted || (published_ && agree(log_, *published_, *wanted, TeamSolver::kWorth_m))) return false;
+  wanted->up = up_.now(log_, *wanted, in_use);
   return publish(std::move(*wanted));
 }
 
@@ -256,6 +260,30 @@ void TeamMap::observe(Instant now) {
   note_gone(team);
   if (const auto passed_over = decision_.look(team, map_is_due(team), solver_, now)) events_.emplace_back(*passed_over);
   update_view(team);
+}
+
+Result<Why> TeamMap::why(const RobotId& a, const RobotId& b) const {
+  for (const RobotId& robot : {a, b})
+    if (const TeamMember* member = log_.find(robot); member == nullptr || !member->counts())
+      return Error{"robot " + robot.name(), "is not known here"};
+  return mapping::why(log_, solution(), a, b);
+}
+
+Result<std::size_t> TeamMap::rule(const RobotId& a, const RobotId& b, bool apart) {
+  auto all = why(a, b);
+  if (!all) return all.error();
+  std::size_t ruled = 0;
+  for (const WhyPair& pair : all->pairs) {
+    const bool is_apart = pair.ruling && pair.ruling->apart;
+    const bool joins = pair.link && pair.link->reason == LinkReason::accepted && !pair.link->pairs.empty();
+    if (is_apart == apart || (apart && !joins)) continue;
+    const std::uint32_t turn = pair.ruling ? pair.ruling->turn + 1 : 1;
+    if (turn > kMostTurns) continue;
+    records_.push_back({Lane::poses, RecordKind::ruling, encode(RulingRecord{pair.a, pair.b, apart, turn})});
+    ++ruled;
+  }
+  if (ruled > 0) return ruled;
+  return Error{a.name() + " and " + b.name(), apart ? "no link joins them" : "nobody has taken their links back"};
 }
 
 std::string TeamMap::graph() const { return solution() != nullptr ? graph_text(log_, *solution()) : std::string(); }

@@ -66,6 +66,16 @@ Status keep_link(const Record& record, TeamMember& member) {
   return success();
 }
 
+Status keep_ruling(const Record& record, TeamMember& member) {
+  const auto ruling = decode_ruling(record.body);
+  if (!ruling) return ruling.error();
+  const std::pair pair{ruling->a, ruling->b};
+  if (member.rulings.size() >= TeamMember::kMaxRulings && !member.rulings.contains(pair))
+    return Error{"ruling record", "this robot has said something of as many pairs as are looked at"};
+  member.rulings.insert_or_assign(pair, *ruling);
+  return success();
+}
+
 Status keep_solution(const Record& record, TeamMember& member) {
   Status status = keep(decode_solution(record.body), member.solution);
   if (status) member.solution_digest = digest(*member.solution);
@@ -90,6 +100,8 @@ Status TeamMember::apply(const RecordPtr& record) {
       return keep_solution(*record, *this);
     case RecordKind::frontier:
       return keep(decode_frontier(record->body), frontier);
+    case RecordKind::ruling:
+      return keep_ruling(*record, *this);
     case RecordKind::finished:
       return keep(decode_finished(record->body), finished);
   }

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,7 @@ struct Scene {
   mapping::TriangleMesh mesh;    // drawn if it has triangles,
   mapping::ColoredCloud points;  // else these
   std::vector<RobotPath> robots;
+  std::optional<mapping::Vector3f> up;  // where the map says it; else up_of() finds it
 };
 
 }  // namespace onemap::render

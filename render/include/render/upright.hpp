@@ -3,8 +3,9 @@
 
 namespace onemap::render {
 
-// Which way is up, as a unit vector in the scene's frame: mapping::up_of() of the scene's surface and the cameras' mean
-// up. Without surface: the cameras' mean up; without cameras as well: -y. Pure: the same scene gives the same answer.
+// Which way is up, as a unit vector in the scene's frame: the scene's own, else mapping::up_of() of the scene's surface
+// and the cameras' mean up. Without surface: the cameras' mean up; without cameras as well: -y. Pure: the same scene
+// gives the same answer.
 mapping::Vector3f up_of(const Scene& scene);
 
 // Turns the scene's frame so that `up` becomes +y; what lies ahead (+z) becomes -z as far as that leaves it: what glTF

@@ -84,7 +84,7 @@ class VoxelMap {
   const VoxelMapCounters& counters() const { return counters_; }
   const VoxelMapConfig& config() const { return config_; }
 
-  // Blocks that were never handed out, or say clearly more than then (an eighth more voxels, or thrice the weight), and
+  // Blocks that were never handed out, or say clearly more than then (a quarter more voxels, or thrice the weight), and
   // that the last min_age integrations did not touch (min_age 0: whenever), at most max_blocks, sorted by key; they
   // count as handed out. For publishing submaps while mapping: each version of a block costs bytes on every link.
   std::vector<BlockKey> take_settled(std::uint64_t min_age, std::size_t max_blocks);
@@ -104,7 +104,7 @@ class VoxelMap {
     std::uint32_t weight = 0;
     std::uint16_t voxels = 0;
     bool much_more_than(const Said& before) const {
-      return voxels > 0 && (before.voxels == 0 || 8 * voxels >= 9 * before.voxels || weight >= 3 * before.weight);
+      return voxels > 0 && (before.voxels == 0 || 4 * voxels >= 5 * before.voxels || weight >= 3 * before.weight);
     }
   };
   Said says(std::size_t block) const;

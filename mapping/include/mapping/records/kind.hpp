@@ -16,7 +16,8 @@ enum class RecordKind : std::uint16_t {
   link = 5,
   solution = 6,
   finished = 7,
-  frontier = 8
+  frontier = 8,
+  ruling = 9
 };
 
 // Lanes keep small and urgent records from waiting behind large ones; lower goes first.

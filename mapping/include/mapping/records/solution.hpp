@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -31,14 +32,26 @@ struct MapParameters {
   bool operator==(const MapParameters&) const = default;
 };
 
+// A direction, in millionths of a unit vector's length.
+struct UpDirection {
+  std::array<std::int32_t, 3> millionths{0, -1'000'000, 0};  // up in the frame of a level camera
+  bool operator==(const UpDirection&) const = default;
+};
+UpDirection up_direction(const Vector3f& up);  // of a unit vector
+Vector3f unit_vector(const UpDirection& up);
+
 // The team's pose graph, solved: what everybody's map is made of.
 struct SolutionRecord {                             // lane poses; of the elected robot; the last one counts
   ChainId reference;                                // the global frame hangs on this chain's first anchor
   std::vector<SolvedRobot> robots;                  // in the map, sorted by chain, the reference among them; <= 1024
   std::uint32_t links_used = 0, links_refused = 0;  // pairs of keyframes
   MapParameters map;
+  UpDirection up;  // in the global frame: for plans, pictures and models; no digest depends on it
   bool operator==(const SolutionRecord&) const = default;
 };
+
+// One life alone, where its own odometry has it.
+SolutionRecord alone_on_map(const ChainId& chain);
 
 std::vector<std::uint8_t> encode(const SolutionRecord& record);
 Result<SolutionRecord> decode_solution(std::span<const std::uint8_t> body);

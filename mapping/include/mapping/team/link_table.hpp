@@ -19,11 +19,11 @@ const LinkRecord* link_between(const TeamLog& log, const ChainId& a, const Chain
 // Whether the link is from all keyframes of the two that are here.
 bool covers(const LinkRecord& link, const TeamMember& a, const TeamMember& b);
 
-// The links that count, accepted and refused, of the chains that count; sorted by pair.
+// The links that count, accepted and refused, of the chains that count and that nobody ruled apart; sorted by pair.
 std::vector<TeamLink> counting_links(const TeamLog& log);
 
 // What a robot last wrote of the places that it came back to in this life; nullptr: nothing yet.
 const LinkRecord* own_loops(const TeamMember& member, const RobotId& robot);
-std::vector<TeamLink> counting_loops(const TeamLog& log);  // sorted by chain
+std::vector<TeamLink> counting_loops(const TeamLog& log);  // likewise; sorted by chain
 
 }  // namespace onemap::mapping

@@ -1,17 +1,13 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "hal/base/result.hpp"
 #include "mapping/team/floor_plan.hpp"
+#include "mapping/team/map_up.hpp"
 
 namespace onemap::mapping {
-
-// A keyframe's record and where the map has it.
-struct PlacedKeyframe {
-  std::span<const std::uint8_t> body;  // of a KeyframeRecord; one that does not decode is left out
-  Pose T_map_keyframe;
-};
 
 struct SurveyConfig {
   FreeSpaceConfig space;
@@ -30,9 +26,10 @@ struct Survey {
 };
 
 // The floor plan of a map from its keyframes: finds up and the floor in some of them, carves free space by all, looks
-// at it from above. One keyframe is decoded at a time. Pure; the order of the keyframes does not matter for what is
-// carved, and little for the frame (which keyframes are looked at): give them sorted. The error says what the plan is
-// lacking.
-Result<Survey> survey(std::span<const PlacedKeyframe> keyframes, const SurveyConfig& config);
+// at it from above. up: the map's, where it is known. One keyframe is decoded at a time. Pure; the order of the
+// keyframes does not matter for what is carved, and little for the frame (which keyframes are looked at): give them
+// sorted. The error says what the plan is lacking.
+Result<Survey> survey(std::span<const PlacedKeyframe> keyframes, const SurveyConfig& config,
+                      const std::optional<Vector3f>& up = std::nullopt);
 
 }  // namespace onemap::mapping

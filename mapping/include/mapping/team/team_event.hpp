@@ -30,6 +30,10 @@ struct LinkLooked {  // somebody looked at a pair; link.reason says whether they
   ChainId author;
   LinkRecord link;
 };
+struct PairRuled {  // a person said whether links of a pair (a = b: own loops) count
+  RobotId by;
+  RulingRecord ruling;
+};
 struct RecordRefused {
   RecordId id;
   std::uint16_t kind = 0;
@@ -51,7 +55,7 @@ struct MapSettled {
   std::size_t blocks = 0;
   std::uint64_t submaps_refused = 0;
 };
-using TeamEvent = std::variant<RobotJoined, RobotFinished, RobotGone, RobotBack, LinkLooked, RecordRefused,
+using TeamEvent = std::variant<RobotJoined, RobotFinished, RobotGone, RobotBack, LinkLooked, PairRuled, RecordRefused,
                                DeciderPassedOver, MapFused, MapSettled>;
 
 // A record that this robot has to write.

@@ -17,6 +17,9 @@ PoseGraph team_graph(const TeamLog& log, std::span<const ChainId> lives);
 // move. Without: a function of the records alone. With no keyframe anywhere the first life alone is the map.
 SolutionRecord solve_team(const TeamLog& log, std::span<const ChainId> lives, const SolutionRecord* in_use = nullptr);
 
+// The same as the graph says it, with a verdict for every link and pair; of all lives that count.
+GraphSolution solve_graph(const TeamLog& log, const SolutionRecord* in_use);
+
 // The graph as g2o text (pose_graph_g2o.hpp), solved from the solution in use.
 std::string graph_text(const TeamLog& log, const SolutionRecord& in_use);
 

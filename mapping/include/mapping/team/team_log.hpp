@@ -3,6 +3,7 @@
 #include <map>
 #include <vector>
 
+#include "mapping/team/rulings.hpp"
 #include "mapping/team/team_member.hpp"
 
 namespace onemap::mapping {
@@ -35,6 +36,7 @@ class TeamLog {
   const TeamMember* find(const RobotId& robot) const { return find(present(robot)); }  // its present life
   std::vector<RobotId> robots() const;  // whose present lives count: with a valid Hello; sorted
   std::vector<ChainId> chains() const;  // all lives that count, but those that a later one repeats; sorted
+  const Rulings& rulings() const { return rulings_; }  // of pairs of chains, by people
   // Another number whenever a record came, or a life began, that the pose graph may look different for.
   std::uint64_t revision() const { return revision_; }
 
@@ -45,6 +47,7 @@ class TeamLog {
   ChainId self_;
   std::uint64_t repeated_ = 0;  // the life of this robot that its present one repeats; 0: none
   std::map<ChainId, TeamMember> members_;
+  Rulings rulings_;
   std::uint64_t revision_ = 0;
 };
 

@@ -11,12 +11,14 @@
 #include "mapping/team/decision.hpp"
 #include "mapping/team/loop_finder.hpp"
 #include "mapping/team/map_fusion.hpp"
+#include "mapping/team/map_up.hpp"
 #include "mapping/team/own_places.hpp"
 #include "mapping/team/pair_verifier.hpp"
 #include "mapping/team/presence.hpp"
 #include "mapping/team/team_event.hpp"
 #include "mapping/team/team_log.hpp"
 #include "mapping/team/team_solver.hpp"
+#include "mapping/team/why.hpp"
 
 namespace onemap::mapping {
 
@@ -84,6 +86,15 @@ class TeamMap {
   // At the end: finishes the map that was being built, from the records that there are, unless stop() says true before.
   void finish_fusion(const Stop& stop);
 
+  // Why the two are in one map, or are not. One robot twice: its lives and own loops. The error names who is unknown.
+  Result<Why> why(const RobotId& a, const RobotId& b) const;
+  // A person takes back what joins the two (unmerge: their links do not count from now on, and unless others join them
+  // the maps part), or takes that back (merge). One robot twice: its lives, and its present life's own loops. A later
+  // life is judged anew. How many pairs of lives that is about; the error says why it is about none. Works once the
+  // records that it writes are applied, in every robot alike.
+  Result<std::size_t> unmerge(const RobotId& a, const RobotId& b) { return rule(a, b, true); }
+  Result<std::size_t> merge(const RobotId& a, const RobotId& b) { return rule(a, b, false); }
+
   std::vector<TeamRecord> take_records() { return std::exchange(records_, {}); }  // to be written by this robot
   std::vector<TeamEvent> take_events() { return std::exchange(events_, {}); }
 
@@ -109,6 +120,7 @@ class TeamMap {
   bool decide(const Agreement& team, Instant now);
   bool decide_now(const Agreement& team, Instant now);
   bool say_frontier(Instant now);
+  Result<std::size_t> rule(const RobotId& a, const RobotId& b, bool apart);
   bool publish(SolutionRecord solution);
   std::optional<MapTarget> target(const Agreement& team);
   bool all_here(const Agreement& team, const SolutionRecord& solution) const;
@@ -128,6 +140,7 @@ class TeamMap {
   LoopFinder loops_;
   PairVerifier verifier_;
   TeamSolver solver_;
+  MapUp up_;
   Decision decision_;
   std::optional<SolutionRecord> published_;
   FrontierRecord frontier_;  // the last one published

@@ -11,6 +11,7 @@
 #include "mapping/records/finished.hpp"
 #include "mapping/records/frontier.hpp"
 #include "mapping/records/link.hpp"
+#include "mapping/records/ruling.hpp"
 #include "mapping/records/solution.hpp"
 #include "mapping/records/trajectory.hpp"
 
@@ -35,7 +36,7 @@ struct SubmapPlace {
 // One robot of the team by its records of one life. What is large stays encoded, in the bodies that the store holds
 // anyway: a robot costs here a pointer a record and a pose a keyframe, whatever its records would decode to.
 struct TeamMember {
-  static constexpr std::size_t kMaxKeyframes = 4096, kMaxLinks = 512;  // what is beyond is refused
+  static constexpr std::size_t kMaxKeyframes = 4096, kMaxLinks = 512, kMaxRulings = 512;  // beyond: refused
 
   std::uint64_t incarnation = 0;  // of the life that these records are from
   std::string name, camera;       // no name: no valid Hello yet, so this life does not count; camera is printable
@@ -52,7 +53,8 @@ struct TeamMember {
   std::uint64_t solution_digest = 0;                       // its digest()
   std::optional<FrontierRecord> frontier;                  // the last one that it published
   std::map<ChainId, LinkRecord> links;  // the last one that it published of each pair, by the other chain
-  Instant heard{};                      // when its last record came
+  std::map<std::pair<ChainId, ChainId>, RulingRecord> rulings;  // the last one that it published of each pair
+  Instant heard{};                                              // when its last record came
 
   // Takes a record of this robot. The error says what is malformed; then nothing but the counts above changed.
   Status apply(const RecordPtr& record);

@@ -132,7 +132,7 @@ std::optional<std::size_t> KeyframeMap::add(const hal::FrameView& frame, const P
   link_landmarks(k);
   const auto sealed = window_size_ == kWindow ? seal_oldest() : std::nullopt;
   window_[window_size_++] = slot;
-  if (window_size_ > 1) adjuster_.adjust(map_, window(), focal_px_);
+  if (made_ > 1) adjuster_.adjust(map_, window(), focal_px_);
   std::copy(k.features.landmark.begin(), k.features.landmark.end(), features.landmark.begin());
   led_from_ = std::exchange(reference_, slot);
   gather_near();
@@ -178,6 +178,11 @@ std::optional<std::size_t> KeyframeMap::seal_oldest() {
   --window_size_;
   map_.seal(slot);
   return slot;
+}
+
+std::optional<std::size_t> KeyframeMap::seal_older(FrameTime then) {
+  const bool old = window_size_ > 0 && map_.keyframe(window_[0]).time < then;
+  return old ? seal_oldest() : std::nullopt;
 }
 
 }  // namespace onemap::mapping

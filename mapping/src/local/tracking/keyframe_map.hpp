@@ -53,6 +53,8 @@ class KeyframeMap {
   std::optional<std::size_t> add(const hal::FrameView& frame, const Pose& T_camera_robot, FeatureFrame& features,
                                  const std::optional<PosePrior>& depth = std::nullopt);
   std::optional<std::size_t> seal_oldest();  // of the window; none when it is empty
+  // The oldest of the window if it was made before `then`: what others wait for does not wait for motion.
+  std::optional<std::size_t> seal_older(FrameTime then);
   // The anchors of the keyframes around the reference (and of the one that it was led from), each once. Valid until the
   // next add().
   std::span<const SubmapAnchor> near_anchors();

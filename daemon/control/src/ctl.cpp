@@ -1,0 +1,261 @@
+#include "control/ctl.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <functional>
+#include <optional>
+
+#include "control/client.hpp"
+#include "control/doctor.hpp"
+#include "control/socket_place.hpp"
+#include "control/words.hpp"
+#include "hal/base/text.hpp"
+
+namespace onemap::control {
+
+namespace {
+
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  onemapctl status                     what the robot is doing\n"
+    "  onemapctl pose --follow --json       every pose as JSON, one a line\n"
+    "  onemapctl watch EVENT PEERS          what happens in the team\n"
+    "  onemapctl --socket /run/onemap/r2/control.sock map\n"
+    "  onemapctl doctor                     what is wrong, and what to do\n"
+    "\nWithout --socket: $ONEMAP_SOCKET, else the one socket that there is in $RUNTIME_DIRECTORY, /run/onemap and\n"
+    "$XDG_RUNTIME_DIR/onemap. A daemon with neither has it in its OUT folder, and its log says where.\n"
+    "\nExit status:\n"
+    "  0  done\n"
+    "  1  the daemon refused or could not, and the message says why; doctor: something is wrong\n"
+    "  2  bad command line; nobody was asked\n"
+    "  3  no daemon answers\n";
+
+struct Options {
+  std::string socket;
+  bool json = false, follow = false;
+  double timeout_s = 10;
+  std::string map, view, format, path, a, b;
+  std::vector<std::string> classes;
+};
+
+struct Ctl {
+  const Options options;
+  ControlClient client;
+
+  Duration patience() const {
+    return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(options.timeout_s));
+  }
+};
+
+int complain(CtlExit exit, const std::string& what) {
+  std::fputs(("onemapctl: " + printable(what) + "\n").c_str(), stderr);
+  return static_cast<int>(exit);
+}
+
+// False: nobody reads any more.
+bool show(const std::string& text) { return std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0; }
+
+int fail(const Error& error) {
+  return complain(error.place.empty() ? CtlExit::refused : CtlExit::no_daemon, error.text());
+}
+
+using Words = std::function<std::string(const Json&)>;
+
+int ask(Ctl& ctl, const Json& request, const Words& words) {
+  const auto answer = ctl.client.ask(request, ctl.patience());
+  if (!answer) return fail(answer.error());
+  const bool shown = show(ctl.options.json ? line_of(*answer) : words(*answer));
+  return shown ? 0 : complain(CtlExit::refused, "standard output cannot be written to");
+}
+
+// Until the daemon ends, or nobody reads.
+int follow(Ctl& ctl, const std::vector<std::string>& classes) {
+  Json request{{"class", "WATCH"}, {"enable", true}};
+  if (!classes.empty()) request["classes"] = classes;
+  if (auto begun = ctl.client.ask(request, ctl.patience()); !begun) return fail(begun.error());
+  for (;;) {
+    const auto object = ctl.client.receive(std::chrono::hours(24 * 365));
+    if (!object) return fail(object.error());
+    if (!show(ctl.options.json ? line_of(*object) : event_words(*object))) return 0;
+  }
+}
+
+std::string metrics_words(const Json& answer) { return answer.value("text", ""); }
+
+// A request with what was given of these.
+Json request_of(const char* name, std::initializer_list<std::pair<const char*, std::string>> keys) {
+  Json request{{"class", name}};
+  for (const auto& [key, value] : keys)
+    if (!value.empty()) request[key] = value;
+  return request;
+}
+
+int record(Ctl& ctl, bool enable) {
+  Json request = request_of("RECORD", {{"path", ctl.options.path}});
+  request["enable"] = enable;
+  return ask(ctl, request, fields_words);
+}
+
+int doctor(Ctl& ctl) {
+  const auto answer = ctl.client.ask({{"class", "DOCTOR"}}, ctl.patience());
+  if (!answer) return fail(answer.error());
+  Json findings = answer->value("findings", Json::array());
+  for (Json& finding : own_findings(ctl.options.socket)) findings.push_back(std::move(finding));
+  bool good = true;
+  for (const Json& finding : findings) good = good && finding.value("ok", false);
+  show(ctl.options.json ? line_of({{"class", "DOCTOR"}, {"findings", findings}}) : findings_words(findings));
+  return static_cast<int>(good ? CtlExit::done : CtlExit::refused);
+}
+
+using Run = std::function<int(Ctl&)>;
+
+// The command line, and what was chosen on it.
+struct CommandLine {
+  CLI::App app{"onemapctl - asks onemapd what it knows, and tells it what to do", "onemapctl"};
+  Options options;
+  Run run;
+
+  CLI::App* command(const char* name, const char* text, Run what) {
+    CLI::App* sub = app.add_subcommand(name, text);
+    sub->callback([this, what = std::move(what)] { run = what; });
+    return sub;
+  }
+  CommandLine();
+  void declare_reading();
+  void declare_changing();
+};
+
+CommandLine::CommandLine() {
+  app.set_version_flag("--version", "onemapctl " ONEMAP_VERSION);
+  app.add_option("--socket", options.socket, "control socket of the daemon")->type_name("PATH");
+  app.add_flag("--json", options.json, "what the daemon said, one JSON object a line");
+  app.add_option("--timeout", options.timeout_s, "seconds to wait for an answer (default 10)")
+      ->type_name("S")
+      ->check(CLI::Range(0.1, 86400.0));
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.footer(kFooter);
+  declare_reading();
+  declare_changing();
+}
+
+void CommandLine::declare_reading() {
+  const auto plain = [this](const char* name, const char* text, const char* asked, const Words& words) {
+    return command(name, text, [asked, words](Ctl& ctl) { return ask(ctl, {{"class", asked}}, words); });
+  };
+  plain("status", "what the robot is doing", "STATUS", status_words);
+  plain("peers", "whom it hears, and who holds which map", "PEERS", peers_words);
+  plain("map", "the map that it holds, and what became of pairs of robots", "MAP", map_words);
+  command("pose", "where the camera is: time, state, frame, x y z qx qy qz qw", [](Ctl& ctl) {
+    return ctl.options.follow ? follow(ctl, {"POSE"}) : ask(ctl, {{"class", "POSE"}}, pose_words);
+  })->add_flag("--follow", options.follow, "every frame's, until it ends");
+  command("watch", "what happens, as it happens", [](Ctl& ctl) { return follow(ctl, ctl.options.classes); })
+      ->add_option("classes", options.classes, "of POSE, EVENT, PEERS, STATUS; none: all")
+      ->type_name("CLASS");
+  plain("metrics", "counters and gauges as Prometheus text", "METRICS", metrics_words);
+  plain("cameras", "what the robot sees with", "CAMERAS", cameras_words);
+  command("doctor", "what is wrong, and what to do", doctor);
+}
+
+void CommandLine::declare_changing() {
+  auto* snapshot = command("snapshot", "draw the map as it is now", [](Ctl& ctl) {
+    const Options& o = ctl.options;
+    return ask(ctl, request_of("SNAPSHOT", {{"map", o.map}, {"view", o.view}, {"format", o.format}, {"path", o.path}}),
+               fields_words);
+  });
+  snapshot->add_option("--map", options.map, "local or global")->type_name("MAP");
+  snapshot->add_option("--view", options.view, "top, follow or fit")->type_name("VIEW");
+  snapshot->add_option("--format", options.format, "png or glb")->type_name("FORMAT");
+  snapshot->add_option("path", options.path, "where to; without it the daemon's own folder");
+  command("save", "write the map to a file of the daemon's machine", [](Ctl& ctl) {
+    return ask(ctl, request_of("SAVE", {{"path", ctl.options.path}}), fields_words);
+  })->add_option("path", options.path, "where to; without it the daemon's own folder");
+  command("load", "read a map that was saved",
+          [](Ctl& ctl) {
+            return ask(ctl, request_of("LOAD", {{"path", ctl.options.path}}), fields_words);
+          })
+      ->add_option("path", options.path, "the file")
+      ->required();
+  auto* recording = app.add_subcommand("record", "keep the camera's frames, as replay: reads them");
+  recording->require_subcommand(1);
+  recording->fallthrough();
+  recording->add_subcommand("start", "from now on")
+      ->callback([this] { run = [](Ctl& ctl) { return record(ctl, true); }; })
+      ->add_option("path", options.path, "folder; without it the daemon's own");
+  recording->add_subcommand("stop", "no longer")->callback([this] {
+    run = [](Ctl& ctl) { return record(ctl, false); };
+  });
+  const auto pair = [this](const char* name, const char* text, const char* asked) {
+    auto* sub = command(name, text, [asked](Ctl& ctl) {
+      return ask(ctl, request_of(asked, {{"a", ctl.options.a}, {"b", ctl.options.b}}), fields_words);
+    });
+    sub->add_option("a", options.a, "a robot")->required();
+    sub->add_option("b", options.b, "another")->required();
+  };
+  pair("why", "why two robots are joined, or are not", "WHY");
+  pair("unmerge", "take the join of two robots back", "UNMERGE");
+}
+
+// Where to ask, or why that cannot be told.
+Result<std::string> find_socket(const Options& options) {
+  if (!options.socket.empty()) return options.socket;
+  const auto likely = likely_sockets(environment());
+  if (likely.size() == 1) return likely[0];
+  if (likely.empty())
+    return Error{
+        "no control socket",
+        "there is none in $RUNTIME_DIRECTORY, /run/onemap or $XDG_RUNTIME_DIR/onemap; is onemapd running? Its log "
+        "says where its socket is: say --socket PATH"};
+  return Error{"several daemons", fmt::format("say --socket with one of {}", fmt::join(likely, ", "))};
+}
+
+int connect_and_run(const CommandLine& line) {
+  Options options = line.options;
+  auto socket = find_socket(options);
+  if (!socket) return complain(CtlExit::no_daemon, socket.error().text());
+  options.socket = *socket;
+  const auto patience = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(options.timeout_s));
+  auto client = ControlClient::connect(options.socket, patience);
+  if (!client) return complain(CtlExit::no_daemon, client.error().text());
+  Ctl ctl{options, std::move(*client)};
+  return line.run(ctl);
+}
+
+}  // namespace
+
+std::vector<std::string> ctl_commands() {
+  const CommandLine line;
+  std::vector<std::string> names;
+  for (const CLI::App* sub : line.app.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(sub->get_name());
+  return names;
+}
+
+std::string ctl_help() { return CommandLine().app.help(); }
+
+int run_ctl(int argc, char** argv) {
+  try {
+    CommandLine line;
+    try {
+      line.app.parse(argc, argv);
+    } catch (const CLI::CallForHelp&) {
+      const auto chosen = line.app.get_subcommands();
+      return show(chosen.empty() ? line.app.help() : chosen[0]->help("onemapctl"))
+                 ? 0
+                 : complain(CtlExit::refused, "standard output cannot be written to");
+    } catch (const CLI::CallForVersion& version) {
+      return show(std::string(version.what()) + "\n") ? 0 : 1;
+    } catch (const CLI::ParseError& error) {
+      complain(CtlExit::usage, error.what());
+      std::fputs("onemapctl --help says what there is\n", stderr);
+      return static_cast<int>(CtlExit::usage);
+    }
+    return connect_and_run(line);
+  } catch (const std::exception& error) {
+    return complain(CtlExit::refused, error.what());
+  }
+}
+
+}  // namespace onemap::control

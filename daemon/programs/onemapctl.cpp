@@ -1,0 +1,3 @@
+#include "control/ctl.hpp"
+
+int main(int argc, char** argv) { return onemap::control::run_ctl(argc, argv); }

@@ -1,0 +1,132 @@
+// What the daemon can say about its own troubles, each with what to do.
+#include <fmt/format.h>
+
+#include "daemon/control/replies.hpp"
+#include "hal/base/text.hpp"
+
+namespace onemap::daemon {
+
+using control::Json;
+
+namespace {
+constexpr std::uint64_t kLittleDisk = 512u << 20;
+constexpr std::uint64_t kFewFrames = 30;
+
+struct Findings {
+  Json list = Json::array();
+  void good(const char* about, const std::string& text) {
+    list.push_back({{"about", about}, {"ok", true}, {"text", text}, {"advice", ""}});
+  }
+  void bad(const char* about, const std::string& text, const std::string& advice) {
+    list.push_back({{"about", about}, {"ok", false}, {"text", text}, {"advice", advice}});
+  }
+};
+
+void look_at_camera(const RobotFacts& facts, Findings& found) {
+  const std::string what = printable(facts.camera.description);
+  if (facts.camera.away)
+    return found.bad("camera", "the camera is gone: " + what,
+                     "look at its cable and power; the daemon takes it again by itself");
+  if (facts.capture.grabbed == 0)
+    return found.bad("camera", "no frame came yet from " + what, "is another program using it?");
+  found.good("camera", fmt::format("{}, {} frames", what, facts.capture.grabbed));
+  if (facts.capture.bad * 20 > facts.capture.grabbed)
+    found.bad("camera", fmt::format("{} frames could not be read", facts.capture.bad),
+              "look at the log, the cable, the USB port");
+  if (facts.camera.live && facts.capture.dropped * 2 > facts.capture.grabbed)
+    found.bad("camera",
+              fmt::format("{} of {} frames were dropped: the processor is too slow", facts.capture.dropped,
+                          facts.capture.grabbed),
+              "a smaller image, fewer features (tracking.*) or fewer other programs");
+}
+
+void look_at_depth(const RobotFacts& facts, Findings& found) {
+  if (!facts.pipeline.look) return;
+  const DepthLook& look = *facts.pipeline.look;
+  const auto wrong = doubts(look);
+  for (const std::string& doubt : wrong)
+    found.bad("depth", doubt, "see onemapctl cameras, and the camera's calibration");
+  if (wrong.empty())
+    found.good("depth", fmt::format("{:.0f} % of the pixels, {:.2f} to {:.2f} m, half within {:.2f} m",
+                                    100 * look.valid, look.near_m, look.far_m, look.median_m));
+}
+
+void look_at_calibration(const RobotFacts& facts, Findings& found) {
+  const hal::Intrinsics& k = facts.camera.intrinsics;
+  const auto wrong = doubts(k);
+  for (const std::string& doubt : wrong)
+    found.bad("calibration", doubt, "give the camera's own calibration in its address");
+  if (wrong.empty())
+    found.good("calibration", fmt::format("{} x {}, fx {:.1f}, fy {:.1f}, centre ({:.1f}, {:.1f}), depth_scale {:g}",
+                                          k.width, k.height, k.fx, k.fy, k.cx, k.cy, k.depth_scale));
+}
+
+void look_at_tracking(const RobotFacts& facts, Findings& found) {
+  const DaemonStatus& s = facts.status;
+  if (s.frames < kFewFrames) return;
+  const double share = static_cast<double>(s.tracked) / static_cast<double>(s.frames);
+  const std::string text = fmt::format("{:.0f} % of {} frames placed", 100 * share, s.frames);
+  if (share < 0.8)
+    found.bad("tracking", text, "move more slowly, with more light; a wrong calibration does this, too");
+  else
+    found.good("tracking", text);
+  if (s.blocks_refused > 0)
+    found.bad("map", fmt::format("the local map is full: {} blocks refused", s.blocks_refused),
+              "raise map.budget_mb or map.voxel_m");
+  if (facts.team.blocks_refused > 0)
+    found.bad("map", fmt::format("the global map is full: {} blocks refused", facts.team.blocks_refused),
+              "raise map.global_budget_mb");
+}
+
+void look_at_clock(const RobotFacts& facts, Findings& found) {
+  const auto backwards = facts.pipeline.not_placed[static_cast<std::size_t>(mapping::TrackReason::time_not_increasing)];
+  if (backwards > 0)
+    found.bad("clock", fmt::format("{} frames came with a time that is not later than the one before", backwards),
+              "the camera's or the recording's stamps are wrong; such frames are refused");
+  else
+    found.good("clock", "the camera's time goes forward");
+}
+
+void look_at_place(const RobotFacts& facts, Findings& found) {
+  const std::string out = printable(facts.place.out);
+  const std::string text = fmt::format("{} MB free at {}", facts.place.disk_free_bytes >> 20, out);
+  if (!facts.place.out_writable)
+    found.bad("disk", out + " cannot be written to", "give it to the daemon's user, or say another robot.out");
+  else if (facts.place.disk_free_bytes < kLittleDisk)
+    found.bad("disk", text, "make room, or say another robot.out");
+  else
+    found.good("disk", text);
+}
+
+void look_at_peers(const RobotFacts& facts, Findings& found) {
+  if (facts.alone) return found.good("peers", "this robot is alone, as it is configured");
+  for (const std::string& peer : facts.radio.peers_never_heard)
+    found.bad("peers", "peer " + peer + " was never heard",
+              "does it run, is the address right, does a firewall drop UDP?");
+  for (const comms::NeighbourStatus& n : facts.radio.neighbours) {
+    if (!n.alive)
+      found.bad("peers", n.robot.name() + " fell silent", "does it run, and is it within reach?");
+    else if (n.loss > 0.5)
+      found.bad("peers", fmt::format("{:.0f} % of what {} sends is lost", 100 * n.loss, n.robot.name()),
+                "a weak radio link, or too little network.bytes_per_second");
+    else
+      found.good("peers", fmt::format("{} is heard, {:.0f} % loss", n.robot.name(), 100 * n.loss));
+  }
+  if (facts.radio.neighbours.empty() && facts.radio.peers_never_heard.empty())
+    found.bad("peers", "nobody is heard", "say network.peers or network.group");
+  if (!facts.radio.id_also_used_at.empty())
+    found.bad("peers", "the id " + facts.id + " is also used at " + facts.radio.id_also_used_at,
+              "give one of the two another robot.id");
+  if (!facts.radio.store_full.empty()) found.bad("peers", facts.radio.store_full, "raise network.store_budget_mb");
+}
+}  // namespace
+
+Json doctor_json(const RobotFacts& facts) {
+  Findings found;
+  for (const auto look : {look_at_camera, look_at_depth, look_at_calibration, look_at_tracking, look_at_clock,
+                          look_at_place, look_at_peers})
+    look(facts, found);
+  return {{"findings", std::move(found.list)}};
+}
+
+}  // namespace onemap::daemon

@@ -1,0 +1,123 @@
+// onemapctl and the example client against a real daemon, and against none.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/control_robot.hpp"
+#include "support/prometheus_parser.hpp"
+
+namespace onemap {
+namespace {
+
+using test::ControlRobot;
+using test::TempFolder;
+using testing::AllOf;
+using testing::HasSubstr;
+
+struct Said {
+  int status;
+  std::string text;
+};
+
+Said ctl(const TempFolder& folder, std::vector<std::string> arguments) {
+  const int status = test::run("onemapctl", arguments, folder / "ctl.txt");
+  return {status, test::text_of(folder / "ctl.txt")};
+}
+
+TEST(Onemapctl, ShowsPeopleAndProgramsWhatTheDaemonKnows) {
+  const TempFolder folder;
+  ControlRobot robot(folder);
+  const std::pair<const char*, const char*> commands[] = {
+      {"status", "robot         r1"}, {"peers", "this robot is alone"}, {"map", "digest"}, {"pose", "tracked"},
+      {"cameras", "640 x 480"},       {"doctor", "ok   camera"}};
+  for (const auto& [command, words] : commands) {
+    const Said people = ctl(folder, {"--socket", robot.socket(), command});
+    EXPECT_EQ(people.status, 0) << command << people.text;
+    EXPECT_THAT(people.text, HasSubstr(words)) << command;
+    const Said programs = ctl(folder, {command, "--json", "--socket", robot.socket()});
+    EXPECT_EQ(programs.status, 0);
+    const auto object = control::Json::parse(programs.text, nullptr, false);
+    std::string name = command;
+    std::ranges::transform(name, name.begin(), [](char c) { return static_cast<char>(std::toupper(c)); });
+    EXPECT_EQ(object.value("class", ""), name) << programs.text;
+  }
+  const Said metrics = ctl(folder, {"--socket", robot.socket(), "metrics"});
+  EXPECT_EQ(metrics.status, 0);
+  EXPECT_NO_THROW(test::PrometheusParser::parse(metrics.text));
+}
+
+TEST(Onemapctl, FollowsUntilTheDaemonEnds) {
+  const TempFolder folder;
+  ControlRobot robot(folder);
+  auto follow = test::start("onemapctl", {"--socket", robot.socket(), "pose", "--follow"}, folder / "poses.txt");
+  auto watch =
+      test::start("onemapctl", {"--socket", robot.socket(), "watch", "POSE", "STATUS", "--json"}, folder / "watch.txt");
+  const auto watched = [&](const char* name) {
+    return test::text_of(folder / "watch.txt").find(fmt::format("\"class\":\"{}\"", name)) != std::string::npos;
+  };
+  const auto all = [&] { return test::lines(folder / "poses.txt") > 5 && watched("POSE") && watched("STATUS"); };
+  EXPECT_TRUE(test::wait_until(all, std::chrono::seconds(60)));
+  EXPECT_EQ(robot->stop(), 0);
+  EXPECT_TRUE(follow.wait(test::kPatience * std::chrono::seconds(30)));
+  EXPECT_TRUE(watch.wait(test::kPatience * std::chrono::seconds(30)));
+  EXPECT_EQ(follow.exit_code(), 3) << test::text_of(folder / "poses.txt");
+}
+
+TEST(Onemapctl, WithoutADaemonItSaysWhereItLookedAndWhatToDo) {
+  const TempFolder folder;
+  folder.write("file", "no socket");
+  const Said nothing = ctl(folder, {"--socket", folder / "none.sock", "status"});
+  EXPECT_EQ(nothing.status, 3);
+  EXPECT_THAT(nothing.text, AllOf(HasSubstr(folder / "none.sock: there is nothing"), HasSubstr("is onemapd running")));
+  EXPECT_THAT(ctl(folder, {"--socket", folder / "file", "status"}).text, HasSubstr("nobody listens"));
+  {
+    ControlRobot robot(folder);
+    kill(robot.pid(), SIGSTOP);
+    const Said stopped = ctl(folder, {"--socket", robot.socket(), "--timeout", "0.5", "status"});
+    kill(robot.pid(), SIGCONT);
+    EXPECT_EQ(stopped.status, 3);
+    EXPECT_THAT(stopped.text, HasSubstr("does not answer"));
+    robot->process().kill();
+  }
+  const Said left_over = ctl(folder, {"--socket", folder / "c.sock", "doctor"});
+  EXPECT_EQ(left_over.status, 3);
+  EXPECT_THAT(left_over.text, HasSubstr("nobody listens"));
+}
+
+TEST(Onemapctl, WrongCommandLinesEndWithTwoAndHelpIsThere) {
+  const TempFolder folder;
+  for (const std::vector<std::string>& wrong : std::vector<std::vector<std::string>>{
+           {}, {"stats"}, {"status", "--jsn"}, {"why", "a"}, {"record"}, {"load"}, {"status", "--timeout", "never"}}) {
+    const Said said = ctl(folder, wrong);
+    EXPECT_EQ(said.status, 2) << said.text;
+    EXPECT_THAT(said.text, AllOf(testing::StartsWith("onemapctl: "), HasSubstr("--help says what there is")));
+  }
+  const Said help = ctl(folder, {"--help"});
+  EXPECT_EQ(help.status, 0);
+  EXPECT_THAT(help.text, AllOf(HasSubstr("Examples:"), HasSubstr("Exit status:")));
+  EXPECT_THAT(ctl(folder, {"pose", "--help"}).text, HasSubstr("--follow"));
+  EXPECT_THAT(ctl(folder, {"--version"}).text, testing::MatchesRegex("onemapctl [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+}
+
+TEST(Onemapctl, WhatTheDaemonRefusesEndsWithOne) {
+  const TempFolder folder;
+  ControlRobot robot(folder);
+  const Said refused = ctl(folder, {"--socket", robot.socket(), "watch", "WEATHER"});
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_THAT(refused.text, HasSubstr("classes: expected a list of POSE, EVENT, PEERS, STATUS"));
+}
+
+TEST(ExampleClient, TalksToADaemonInPython) {
+  if (std::system("python3 -c 'import json, socket' 2> /dev/null") != 0) GTEST_SKIP() << "there is no python3";
+  const TempFolder folder;
+  ControlRobot robot(folder);
+  const std::string command = fmt::format("python3 {}/examples/onemap_client.py {} > {} 2>&1", ONEMAP_SOURCE_DIR,
+                                          robot.socket(), folder / "py.txt");
+  const int status = std::system(command.c_str());
+  const std::string said = test::text_of(folder / "py.txt");
+  EXPECT_EQ(WEXITSTATUS(status), 0) << said;
+  EXPECT_EQ(test::lines(folder / "py.txt"), 11u) << said;
+  EXPECT_THAT(said, testing::StartsWith("r1: tracking, "));
+}
+
+}  // namespace
+}  // namespace onemap

@@ -1,0 +1,126 @@
+// The real daemon and what a service manager hears of it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <cstdlib>
+
+#include "support/notify_socket.hpp"
+#include "support/program.hpp"
+
+namespace onemap {
+namespace {
+
+using namespace std::chrono_literals;
+using daemon::ChildProcess;
+using test::kPatience;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class SystemService : public testing::Test {
+ protected:
+  SystemService() {
+    ::setenv("NOTIFY_SOCKET", socket_.name().c_str(), 1);
+    ::setenv("WATCHDOG_USEC", "2000000", 1);
+    ::setenv("STATE_DIRECTORY", (folder_ / "state").c_str(), 1);
+  }
+  ~SystemService() override {
+    for (const char* name : {"NOTIFY_SOCKET", "WATCHDOG_USEC", "STATE_DIRECTORY"}) ::unsetenv(name);
+  }
+  ChildProcess start(const std::string& camera) {
+    return test::start("onemapd", {"--config", "/dev/null", "--id", "anna", "--camera", camera}, folder_ / "log");
+  }
+  // The next message that begins so; what came before it is in earlier_.
+  std::string await(const std::string& begin) {
+    while (auto text = socket_.next(kPatience * 20s)) {
+      if (text->starts_with(begin)) return *text;
+      earlier_.push_back(*text);
+    }
+    ADD_FAILURE() << "never said " << begin << "; the log:\n" << test::text_of(folder_ / "log");
+    return {};
+  }
+  const test::TempFolder folder_;
+  test::NotifySocket socket_{folder_ / "notify"};
+  std::vector<std::string> earlier_;
+};
+
+TEST_F(SystemService, IsReadyThenWatchedAndSaysThatItStops) {
+  ChildProcess robot = start("simulated:office?frames=1000000");
+  await("READY=1");
+  EXPECT_TRUE(earlier_.empty()) << "nothing before it is ready";
+  await("WATCHDOG=1");
+  await("STATUS=tracking: ");
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "state/life")) << "the state folder is where it writes";
+  robot.terminate();
+  await("STOPPING=1");
+  ASSERT_TRUE(robot.wait(kPatience * 60s));
+  EXPECT_EQ(robot.exit_code(), 0);
+}
+
+// Its whole state is on the disk, and what takes long is left out.
+TEST_F(SystemService, AQuickStopKeepsTheMapAndDrawsNothing) {
+  const std::vector<std::string> arguments{
+      "--config", "/dev/null", "--id", "anna", "--quick-stop", "--camera", "simulated:office?frames=1000000"};
+  ChildProcess robot = test::start("onemapd", arguments, folder_ / "log");
+  await("READY=1");
+  while (await("STATUS=").find("robots in the map") == std::string::npos && !HasFailure()) {
+  }
+  robot.terminate();
+  ASSERT_TRUE(robot.wait(kPatience * 60s));
+  EXPECT_EQ(robot.exit_code(), 0);
+  const std::string state = folder_ / "state";
+  EXPECT_GE(test::lines(state + "/trajectory.txt"), 1u);
+  for (const char* slow : {"/local.png", "/local.glb", "/map.pgm"})
+    EXPECT_FALSE(std::filesystem::exists(state + slow)) << slow;
+  const std::string pointer = test::text_of(state + "/settled-map"), digest = pointer.substr(0, pointer.find(' '));
+  EXPECT_EQ(
+      test::run("onemap-view", {state + "/map-" + digest + ".omap", "--ply", folder_ / "map.ply"}, folder_ / "said"), 0)
+      << "what is kept can be looked at";
+
+  // The next life knows of it; one that was changed meanwhile is set aside.
+  for (const bool spoilt : {false, true}) {
+    if (spoilt) folder_.write("state/map-" + digest + ".omap", "spoilt");
+    ChildProcess next = test::start("onemapd", arguments, folder_ / "log");
+    await("READY=1");
+    next.kill();
+    EXPECT_THAT(
+        test::text_of(folder_ / "log"),
+        HasSubstr(spoilt ? "map-" + digest + ".omap: the kept map is not the one that was written; set aside as "
+                         : "the last map of an earlier life is " + state + "/map-" + digest + ".omap"));
+  }
+}
+
+TEST_F(SystemService, WithoutACameraItIsNeverReadyAndSaysWhy) {
+  ChildProcess robot = start("replay:/nonexistent");
+  EXPECT_THAT(await("STATUS="), HasSubstr("/nonexistent"));
+  ASSERT_TRUE(robot.wait(kPatience * 20s));
+  EXPECT_EQ(robot.exit_code(), 1);
+  EXPECT_TRUE(earlier_.empty());
+  EXPECT_FALSE(socket_.next(0ms));
+}
+
+TEST_F(SystemService, ReadsItsConfigurationAgainAndSaysWhatWaits) {
+  folder_.write("c.toml", "[run]\nlinger_s = 3\n");
+  ChildProcess robot = test::start(
+      "onemapd", {"--config", folder_ / "c.toml", "--id", "anna", "--camera", "simulated:office?frames=1000000"},
+      folder_ / "log");
+  await("READY=1");
+  folder_.write("c.toml", "[run]\nlinger_s = 4\n[map]\nvoxel_m = 0.03\n");
+  ASSERT_EQ(::kill(robot.pid(), SIGHUP), 0);
+  EXPECT_THAT(await("RELOADING=1"), HasSubstr("\nMONOTONIC_USEC="));
+  await("READY=1");
+  folder_.write("c.toml", "[run]\nlinger = 4\n");
+  ASSERT_EQ(::kill(robot.pid(), SIGHUP), 0);
+  await("RELOADING=1");
+  await("READY=1");
+  robot.terminate();
+  ASSERT_TRUE(robot.wait(kPatience * 60s));
+  EXPECT_EQ(robot.exit_code(), 0);
+  EXPECT_THAT(
+      test::text_of(folder_ / "log"),
+      testing::AllOf(HasSubstr("run.linger_s is 4 now, was 3; only a restart changes map.voxel_m (0.03 after 0.02)"),
+                     HasSubstr("the configuration is as it was: "), HasSubstr("c.toml:2: unknown key 'linger'")));
+}
+
+}  // namespace
+}  // namespace onemap
