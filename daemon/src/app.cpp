@@ -9,8 +9,8 @@
 #include <thread>
 
 #include "daemon/clock.hpp"
-#include "daemon/control/output_actions.hpp"
 #include "daemon/control/replies.hpp"
+#include "daemon/control/team_actions.hpp"
 #include "daemon/reload.hpp"
 #include "hal/base/text.hpp"
 #include "mapping/records/hello.hpp"
@@ -79,7 +79,7 @@ void App::reload(const Result<Config>& loaded) {
     apply_reload(plan, *loaded, config_);
     log_.line("configuration read again: {}", to_text(plan));
   } else {
-    log_.line("{}", loaded.error().text());
+    log_.error("{}; the configuration stays as it was", loaded.error().text());
   }
   service_.ready();
 }
@@ -144,7 +144,7 @@ void App::open_kept_map() {
   kept_map_.emplace(config_.out);
   const auto kept = kept_map_->open();
   if (!kept)
-    log_.line("{}", kept.error().text());
+    log_.warn("{}", kept.error().text());
   else if (*kept)
     log_.line("the last map of an earlier life is {}", (*kept)->file);
 }
@@ -156,7 +156,7 @@ void App::keep_map(const Harvest& harvest) {
     const auto map = harvest.saved_map();
     return map ? kept_map_->keep(digest, *map, now()) : success();
   });
-  if (!kept) log_.line("the settled map is not kept: {}", kept.error().text());
+  if (!kept) log_.warn("the settled map is not kept: {}; the one before stays", kept.error().text());
 }
 
 OutgoingRecord App::greeting() const {
@@ -180,6 +180,7 @@ void App::stop() {
   service_.stopping();
   if (!pipeline_->progress().finished) pipeline_->abandon();
   capture_->stop();
+  output_actions_->stop();
   recorder_->stop();
   snapshots_->stop();
   pipeline_->join();
@@ -215,10 +216,10 @@ Status App::open_control() {
   began_ = now();
   const Control::Sources sources{[this] { return facts(); },
                                  [this](const PoseNow& pose) { return map_correction(team_->view(), pose); }};
-  ControlActions actions;
-  actions.snapshot = snapshot_action(*snapshots_, config_);
-  actions.record = record_action(*recorder_, config_);
-  control_ = std::make_unique<Control>(*loop_, sources, actions, log_);
+  ControlActions actions = team_actions(*team_);
+  output_actions_ = std::make_unique<OutputActions>(config_, *snapshots_, *recorder_, take_from(*team_));
+  output_actions_->add_to(actions);
+  control_ = std::make_unique<Control>(*loop_, sources, std::move(actions), log_);
   pipeline_->on_pose([this](const PoseNow& pose) {
     control_->pose(pose);
     tell_pose(pose);
@@ -266,6 +267,8 @@ RobotFacts App::facts() const {
   facts.team = team_->view();
   facts.links = team_->links();
   facts.radio = radio_->view();
+  facts.recorder = recorder_->view();
+  facts.snapshots = snapshots_->view();
   facts.life = facts.radio.life;
   facts.place = place_facts(config_.out);
   return facts;
@@ -298,8 +301,9 @@ void App::tick() {
     finished_at_ = t;
   }
   take_standing(t);
-  snapshots_->tick(t, team_->view().digest);
   watch(t);
+  snapshots_->tick(t, team_->view().digest);
+  output_actions_->tick();
   if (t - status_at_ < kStatusInterval) return;
   status_at_ = t;
   const DaemonStatus s = status();
@@ -344,7 +348,7 @@ void App::take_standing(Instant now) {
 void App::say_waiting(Instant now) {
   if (!finished_ || standing_.waiting.empty() || now - std::max(said_at_, finished_at_) < kSayInterval) return;
   said_at_ = now;
-  log_.line("{}", standing_.waiting);
+  log_.warn("{}", standing_.waiting);
 }
 
 bool App::lingered(Instant now) const {
@@ -397,6 +401,7 @@ DaemonStatus App::status() const {
   s.robots_known = team.robots_known;
   s.robots_finished = team.robots_finished;
   s.robots_in_map = team.robots_in_map;
+  for (const auto& [robot, keyframes] : team.keyframes_in_map) s.keyframes_in_map[robot.name()] = keyframes;
   s.frontier_digest = radio.frontier_digest;
   s.refused = refusals(team, radio);
   s.waiting = standing_.waiting;

@@ -16,7 +16,7 @@ namespace onemap::daemon {
 
 void Harvest::keep(const Status& status) {
   if (status) return;
-  log_.line("not written: {}", status.error().text());
+  log_.error("not written: {}", status.error().text());
   if (first_) first_ = status;
 }
 
@@ -112,7 +112,7 @@ void Harvest::say_plan(Duration took) const {
   log_.line("floor plan of {} x {} squares from {} keyframes in {:.0f} ms, {} blocks of free space", s.plan.width,
             s.plan.height, s.space.keyframes, to_seconds(took) * 1e3, s.blocks);
   if (s.space.votes_refused > 0)
-    log_.line("the floor plan's free space is full: {} votes refused; raise map.plan_budget_mb or map.plan_cell_m",
+    log_.warn("the floor plan's free space is full: {} votes refused; raise map.plan_budget_mb or map.plan_cell_m",
               s.space.votes_refused);
   const std::uint64_t unusable = s.keyframes_malformed + s.space.keyframes_refused;
   if (s.keyframes_left_out + unusable > 0)

@@ -73,7 +73,7 @@ bool KeptMap::due(std::uint64_t digest, bool settled, Instant now) const {
 }
 
 Status KeptMap::keep(std::uint64_t digest, std::span<const std::uint8_t> map, Instant now) {
-  tried_at_ = now;
+  trying(now);
   const std::string file = folder_ + name_of(digest);
   if (auto status = write_file(file, map); !status) return status;
   if (auto status = write_text_file(folder_ + kPointer, to_text({digest, map.size(), sum_of(map)})); !status)

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "daemon/team_words.hpp"
-#include "mapping/team/map_up.hpp"
 #include "mapping/team/placed_anchors.hpp"
 #include "mapping/team/way_on_map.hpp"
 
@@ -40,11 +39,9 @@ mapping::MapTarget own_target(const mapping::TeamLog& log, const mapping::AtlasC
 }  // namespace
 
 Result<mapping::Survey> survey_of(const MapSource& from, const mapping::SurveyConfig& config) {
-  const mapping::SolutionRecord alone = mapping::alone_on_map(from.log.own_chain());
-  std::optional<mapping::Vector3f> up;
-  if (from.solution != nullptr) up = mapping::unit_vector(from.solution->up);
-  const mapping::SolutionRecord& solution = from.solution != nullptr ? *from.solution : alone;
-  return mapping::survey(mapping::placed_keyframes(from.log, solution), config, up);
+  if (from.solution == nullptr)
+    return survey(mapping::placed_keyframes(from.log, mapping::alone_on_map(from.log.own_chain())), config);
+  return survey(mapping::placed_keyframes(from.log, *from.solution), config, mapping::unit_vector(from.solution->up));
 }
 
 std::vector<std::uint8_t> save_global(const MapSource& from, const std::string& title) {

@@ -85,7 +85,7 @@ void Pipeline::begin_chain(FrameTime lost) {
   end->what = Publisher::Sealed::What::chain_end;
   end->frames = static_cast<std::uint32_t>(frames_done_ - frames_before_);
   publisher_.publish(end);
-  log_.line("lost since {:.1f} s: going on in a map of its own, until somebody knows where it belongs",
+  log_.warn("lost since {:.1f} s: going on in a map of its own, until somebody knows where it belongs",
             to_seconds(lost.time_since_epoch()));
   frames_before_ = frames_done_;
   tracked_before_ += mapper_->counters().tracked;

@@ -112,9 +112,7 @@ void PoseStreams::say(Stream& stream, const std::string& line) {
   });
 }
 
-void PoseStreams::count() {
-  readers_ = streams_[0].readers.size() + streams_[1].readers.size();
-}
+void PoseStreams::count() { readers_ = streams_[0].readers.size() + streams_[1].readers.size(); }
 
 void PoseStreams::say(const RecordedPose& pose) {
   for (Stream& stream : streams_) greet(stream);

@@ -61,7 +61,9 @@ Result<std::unique_ptr<Radio>> Radio::open(const Config& config, Listener listen
   if (!port) return port.error();
   LifeCounter life(config.out);
   if (auto begun = life.begin(wall_clock_ns()); !begun)
-    log.line("{}; this life's number is the clock's: {}", begun.error().text(), life.number());
+    log.warn(
+        "{}; this life's number is the clock's: {}; make OUT writable, or neighbours may take this life for an old one",
+        begun.error().text(), life.number());
   node->incarnation = life.number();
   return std::unique_ptr<Radio>(
       new Radio(config, std::move(*node), life, std::move(*port), std::move(listener), failures, log));
@@ -204,7 +206,8 @@ void Radio::append(Instant now, OutgoingRecord record) {
   const auto stored = node_->append(now, lane, kind, std::move(record.body));
   if (stored) return published_.count(record);
   ++published_.refused;
-  log_.limited("own record", "a record of this robot is left out of the map: {}", stored.error().text());
+  log_.limited("own record", "a record of this robot is left out of the map: {}; raise network.store_budget_mb",
+               stored.error().text());
 }
 
 // What Finished promises is what the log holds.
@@ -237,7 +240,7 @@ void Radio::end_life(Instant now, OutgoingRecord hello) {
   hello.ends_life_of.reset();
   const std::uint64_t before = life_.number();
   if (auto kept = life_.begin_after(before); !kept)
-    log_.line("the number of this life cannot be kept: {}", kept.error().text());
+    log_.warn("the number of this life cannot be kept: {}; make OUT writable", kept.error().text());
   rise_again();
   published_ = {0, 0, 0, published_.refused};
   listener_.new_life(life_.number(), false);
@@ -269,7 +272,7 @@ void Radio::begin_new_life(Instant now) {
   ++new_lives_;
   const std::uint64_t before = life_.number();
   if (auto kept = life_.begin_after(outlived); !kept)
-    log_.line("the number of this life cannot be kept: {}", kept.error().text());
+    log_.warn("the number of this life cannot be kept: {}; make OUT writable", kept.error().text());
   log_.line("neighbours know a later life of {} ({} after {}): going on as life {}", config_.id, outlived, before,
             life_.number());
   rise_again();
@@ -277,7 +280,8 @@ void Radio::begin_new_life(Instant now) {
   for (std::uint8_t lane = 0; lane < kLaneCount; ++lane)
     for (std::uint32_t seq = 0; auto record = store_.find({{node_config_.self, lane, before}, seq}); ++seq)
       if (!node_->append(now, lane, record->kind, again(*record, before)))
-        log_.limited("own record", "the store has no room for this robot's records in its new life");
+        log_.limited("own record",
+                     "the store has no room for this robot's records in its new life; raise network.store_budget_mb");
   const std::lock_guard lock(mutex_);
   node_->set_local_status(now, map_digest_, flags_);
 }

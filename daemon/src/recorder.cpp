@@ -83,26 +83,24 @@ RecorderView Recorder::stop() {
   std::shared_ptr<Session> session;
   {
     const std::lock_guard lock(mutex_);
+    if (!session_) return view_;
     session = session_;
   }
-  if (!session) return view();
   session->open = false;
   session->queue.close();
   session->thread.join();
-  return view();
-}
-
-void Recorder::stop_later(std::function<void(const RecorderView&)> done) {
-  const std::lock_guard control(control_);
-  std::shared_ptr<Session> session;
+  const RecorderView last = view();
   {
     const std::lock_guard lock(mutex_);
-    if (session_ && view_.recording && session_->open) session = session_;
+    view_ = last;
+    view_.recording = false;
+    recording_ = false;
+    session_.reset();
   }
-  if (!session) return done(view());
-  session->done = std::move(done);
-  session->open = false;
-  session->queue.close();
+  if (last.recording)
+    log_.line("recorded {} frames ({:.1f} MB) to {}, {} dropped", last.frames, megabytes(last.bytes), last.folder,
+              last.dropped);
+  return view();
 }
 
 RecorderView Recorder::view() const {
@@ -159,29 +157,13 @@ void Recorder::run(Session& session) {
     ended = !written;
     if (ended) end(session, written.error());
   }
-  if (session.mcap) {
-    const auto finished = guarded("recorder", [&] {
-      if (auto written = write_poses(session); !written) return written;
-      return session.mcap->finish();
-    });
-    if (!finished && !ended) end(session, finished.error());
-    session.bytes = (session.tum ? session.tum->bytes() : 0) + session.mcap->bytes();
-  }
-  finish(session);
-}
-
-void Recorder::finish(Session& session) {
-  recording_ = false;
-  RecorderView last = view();
-  if (last.recording)
-    log_.line("recorded {} frames ({:.1f} MB) to {}, {} dropped", last.frames, megabytes(last.bytes), last.folder,
-              last.dropped);
-  last.recording = false;
-  {
-    const std::lock_guard lock(mutex_);
-    view_.recording = false;
-  }
-  if (session.done) session.done(last);
+  if (!session.mcap) return;
+  const auto finished = guarded("recorder", [&] {
+    if (auto written = write_poses(session); !written) return written;
+    return session.mcap->finish();
+  });
+  if (!finished && !ended) end(session, finished.error());
+  session.bytes = (session.tum ? session.tum->bytes() : 0) + session.mcap->bytes();
 }
 
 Status Recorder::write(Session& session, const hal::FrameView& frame) {

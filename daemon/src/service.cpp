@@ -55,8 +55,8 @@ void Service::say_stuck(const Heartbeat* stuck) {
   if (stuck == stuck_) return;
   stuck_ = stuck;
   if (stuck_ == nullptr) return log_.line("all threads get on again");
-  log_.line("the {} thread has not got on for {:.0f} s{}", stuck_->name(), to_seconds(stuck_->patience()),
-            manager_.watchdog() ? ": the watchdog is not fed, and the service will be started again" : "");
+  log_.error("the {} thread has not got on for {:.0f} s{}", stuck_->name(), to_seconds(stuck_->patience()),
+             manager_.watchdog() ? ": the watchdog is not fed, and the service will be started again" : "");
 }
 
 }  // namespace onemap::daemon

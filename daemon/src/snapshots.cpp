@@ -60,18 +60,13 @@ void Snapshots::stop() {
   thread_.join();
 }
 
-std::uint64_t Snapshots::request(SnapshotWish wish, Done done) {
+std::uint64_t Snapshots::request(SnapshotWish wish) {
   std::uint64_t number = 0;
   {
     const std::lock_guard lock(mutex_);
     number = ++requests_;
-    Job job{number, std::move(wish), {}};
-    if (waiting_) {
-      ++view_.coalesced;
-      job.done = std::move(waiting_->done);
-    }
-    if (done) job.done.push_back(std::move(done));
-    waiting_ = std::move(job);
+    if (waiting_) ++view_.coalesced;
+    waiting_ = Job{number, std::move(wish)};
   }
   wake_.notify_one();
   return number;
@@ -120,7 +115,6 @@ void Snapshots::run() {
       folder_.give_up();
     }
     note(*job, made, now() - began);
-    for (const Done& tell : job->done) tell(view());
   }
 }
 

@@ -53,6 +53,7 @@ std::string to_json(const DaemonStatus& s) {
                     {"robots_known", s.robots_known},
                     {"robots_finished", s.robots_finished},
                     {"robots_in_map", s.robots_in_map},
+                    {"keyframes_in_map", s.keyframes_in_map},
                     {"agreed", s.agreed},
                     {"map_agreed", s.map_agreed},
                     {"map_differs", s.map_differs},
@@ -79,6 +80,7 @@ Result<DaemonStatus> status_from_json(const std::string& text, const std::string
     object.at("robots_finished").get_to(s.robots_finished);
     object.at("robots_in_map").get_to(s.robots_in_map);
     object.at("agreed").get_to(s.agreed);
+    s.keyframes_in_map = object.value("keyframes_in_map", s.keyframes_in_map);
     s.map_agreed = object.value("map_agreed", s.map_agreed);
     s.map_differs = object.value("map_differs", s.map_differs);
     if (object.contains("pose")) read_pose(object, s);

@@ -39,7 +39,8 @@ struct Words {
              e.record.tracked, e.record.keyframes, e.record.submaps);
   }
   void operator()(const mapping::RobotGone& e) const {
-    log.line("robot {} is not waited for any more: silent for {:.0f} s", e.robot.name(), to_seconds(e.silent));
+    log.warn("robot {} is not waited for any more: silent for {:.0f} s; its records stay, and it is welcome back",
+             e.robot.name(), to_seconds(e.silent));
   }
   void operator()(const mapping::RobotBack& e) const { log.line("robot {} is back", e.robot.name()); }
   void operator()(const mapping::LinkLooked& e) const {
@@ -69,7 +70,7 @@ struct Words {
     log.limited("record", "record {} of {} refused: {}", e.id.seq, e.id.log.robot.name(), e.reason);
   }
   void operator()(const mapping::DeciderPassedOver& e) const {
-    log.line("robot {} {}; the next one decides", e.robot.name(),
+    log.warn("robot {} {}; the next one decides", e.robot.name(),
              e.published ? "published a solution that the links refute: refused"
                          : "should have published the team's solution");
   }
@@ -80,16 +81,18 @@ struct Words {
              e.final ? "global" : "interim", e.digest, e.solution.reference.robot.name(), e.solution.links_used,
              e.solution.links_refused, names, e.submaps, e.blocks, e.blocks_refused);
     if (e.blocks_refused > 0)
-      log.line("the global map is full: {} times a block found no room (global_budget_mb)", e.blocks_refused);
+      log.warn("the global map is full: {} times a block found no room; raise map.global_budget_mb or map.voxel_m",
+               e.blocks_refused);
     if (e.submaps_left_out > 0)
-      log.line(
-          "{} submaps are left out of the global map: one place has more than may be decoded for it (global_budget_mb)",
+      log.warn(
+          "{} submaps are left out of the global map: one place has more than may be decoded for it; raise "
+          "map.global_budget_mb",
           e.submaps_left_out);
   }
   void operator()(const mapping::MapSettled& e) const {
     if (e.blocks > 0) return;
-    log.line("the team's map {:016x} is EMPTY: no submap of a robot in it could be used ({} refused)", e.digest,
-             e.submaps_refused);
+    log.error("the team's map {:016x} is EMPTY: no submap of a robot in it could be used ({} refused)", e.digest,
+              e.submaps_refused);
   }
 };
 

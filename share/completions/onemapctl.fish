@@ -1,5 +1,5 @@
 # fish completion of onemapctl: to be installed as /usr/share/fish/vendor_completions.d/onemapctl.fish
-set -l commands status peers map pose watch metrics cameras doctor snapshot save load record why unmerge
+set -l commands status peers map pose watch metrics cameras doctor snapshot save load record why unmerge merge
 complete -c onemapctl -f
 complete -c onemapctl -l socket -r -F -d 'control socket of the daemon'
 complete -c onemapctl -l json -d 'one JSON object a line'
@@ -18,12 +18,13 @@ complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a snapshot
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a save -d 'write the map to a file'
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a load -d 'read a map that was saved'
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a record -d 'keep the frames of the camera'
-complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a why -d 'why two robots are joined, or are not'
-complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a unmerge -d 'take the join of two robots back'
+complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a why -d 'why two robots are in one map, or are not'
+complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a unmerge -d 'take what joins two robots back'
+complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a merge -d 'let what joins two robots count again'
 complete -c onemapctl -n '__fish_seen_subcommand_from pose' -l follow -d 'the pose of every frame'
 complete -c onemapctl -n '__fish_seen_subcommand_from watch' -a 'POSE EVENT PEERS STATUS'
 complete -c onemapctl -n '__fish_seen_subcommand_from record' -a 'start stop'
 complete -c onemapctl -n '__fish_seen_subcommand_from snapshot' -l map -x -a 'local global' -d 'which'
-complete -c onemapctl -n '__fish_seen_subcommand_from snapshot' -l view -x -a 'top follow fit' -d 'from where'
-complete -c onemapctl -n '__fish_seen_subcommand_from snapshot' -l format -x -a 'png glb' -d 'as what'
-complete -c onemapctl -n '__fish_seen_subcommand_from snapshot save load' -F
+complete -c onemapctl -n '__fish_seen_subcommand_from snapshot' -l view -x -a 'fit top follow plan front' -d 'from where'
+complete -c onemapctl -n '__fish_seen_subcommand_from snapshot' -l kind -x -a 'png glb plan' -d 'what'
+complete -c onemapctl -n '__fish_seen_subcommand_from save load' -F

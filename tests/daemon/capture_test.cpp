@@ -106,34 +106,6 @@ TEST(Capture, TimeoutsAndBadFramesDoNotEndTheStream) {
   EXPECT_THAT(played.log, testing::Not(HasSubstr("gone")));
 }
 
-TEST(Capture, FramesWhoseTimeDoesNotIncreaseAndFrozenOnesGoNoFurther) {
-  const auto address = hal::parse_camera_address(
-      "simulated:office?width=64&height=48&frames=60&freeze_at=10&time_back_at=40&fault_for=15");
-  auto camera = hal::open_simulated(*address);
-  ASSERT_TRUE(camera);
-  Failures failures;
-  Log log("robot");
-  std::vector<std::uint64_t> seen, frames;
-  testing::internal::CaptureStderr();
-  Capture capture(**camera, {true, 1}, failures, log);
-  capture.listen([&](const hal::FrameView& frame) { seen.push_back(frame.index); });
-  capture.start();
-  while (auto frame = capture.frames().pop()) frames.push_back(frame->index);
-  capture.stop();
-  const std::string said = testing::internal::GetCapturedStderr();
-  std::vector<std::uint64_t> expected;
-  for (std::uint64_t i = 0; i < 60; ++i)
-    if (!(i >= 19 && i < 25) && !(i >= 40 && i < 50)) expected.push_back(i);
-  EXPECT_EQ(frames, expected);
-  EXPECT_EQ(seen, expected) << "the listener sees what goes on";
-  EXPECT_EQ(capture.counters().grabbed, 60u);
-  EXPECT_EQ(capture.counters().frozen, 15u);
-  EXPECT_EQ(capture.counters().time_back, 10u);
-  EXPECT_THAT(said, HasSubstr("robot: frame 19: the camera shows the same picture again and again"));
-  EXPECT_THAT(said, HasSubstr("robot: frame 40 refused: its time, 1599996401.333 s, is not after the one before it"));
-  EXPECT_THAT(said, HasSubstr("its times are moved by 3599.667 s"));
-}
-
 // A driver that does not come back.
 class StuckCamera final : public hal::DepthCamera {
  public:
@@ -168,6 +140,34 @@ TEST(Capture, ADriverThatDoesNotComeBackIsNoticed) {
   camera.let_go.release();
   capture.stop();
   EXPECT_FALSE(capture.heartbeat().stuck(now() + std::chrono::hours(1))) << "it has ended";
+}
+
+TEST(Capture, FramesWhoseTimeDoesNotIncreaseAndFrozenOnesGoNoFurther) {
+  const auto address = hal::parse_camera_address(
+      "simulated:office?width=64&height=48&frames=60&freeze_at=10&time_back_at=40&fault_for=15");
+  auto camera = hal::open_simulated(*address);
+  ASSERT_TRUE(camera);
+  Failures failures;
+  Log log("robot");
+  std::vector<std::uint64_t> seen, frames;
+  testing::internal::CaptureStderr();
+  Capture capture(**camera, {true, 1}, failures, log);
+  capture.listen([&](const hal::FrameView& frame) { seen.push_back(frame.index); });
+  capture.start();
+  while (auto frame = capture.frames().pop()) frames.push_back(frame->index);
+  capture.stop();
+  const std::string said = testing::internal::GetCapturedStderr();
+  std::vector<std::uint64_t> expected;
+  for (std::uint64_t i = 0; i < 60; ++i)
+    if (!(i >= 19 && i < 25) && !(i >= 40 && i < 50)) expected.push_back(i);
+  EXPECT_EQ(frames, expected);
+  EXPECT_EQ(seen, expected) << "the listener sees what goes on";
+  EXPECT_EQ(capture.counters().grabbed, 60u);
+  EXPECT_EQ(capture.counters().frozen, 15u);
+  EXPECT_EQ(capture.counters().time_back, 10u);
+  EXPECT_THAT(said, HasSubstr("robot: frame 19: the camera shows the same picture again and again"));
+  EXPECT_THAT(said, HasSubstr("robot: frame 40 refused: its time, 1599996401.333 s, is not after the one before it"));
+  EXPECT_THAT(said, HasSubstr("its times are moved by 3599.667 s"));
 }
 
 }  // namespace

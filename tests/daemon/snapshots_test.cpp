@@ -30,7 +30,7 @@ mapping::VoxelMap one_wall() {
 std::optional<MapCopy> a_wall(const std::function<bool()>&) {
   const mapping::ChainId self{RobotId::from_name("robot"), 7};
   MapCopy copy{mapping::TeamLog(self.robot, self.incarnation), std::nullopt, std::nullopt, 3ms};
-  copy.solution = mapping::SolutionRecord{self, {{self, {}}}, 0, 0, {}};
+  copy.solution = mapping::alone_on_map(self);
   copy.map.emplace(one_wall());
   return copy;
 }

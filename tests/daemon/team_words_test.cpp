@@ -23,7 +23,7 @@ TEST(TeamWords, EveryEventIsALine) {
   EXPECT_EQ(said(mapping::RobotFinished{kA, {9, 8, 7, 6}}),
             "robot1: robot a finished: 9 frames, 8 tracked, 7 keyframes, 6 submaps\n");
   EXPECT_EQ(said(mapping::RobotGone{kA, std::chrono::seconds(61)}),
-            "robot1: robot a is not waited for any more: silent for 61 s\n");
+            "robot1: robot a is not waited for any more: silent for 61 s; its records stay, and it is welcome back\n");
   EXPECT_EQ(said(mapping::RobotBack{kA}), "robot1: robot a is back\n");
   EXPECT_EQ(said(mapping::RecordRefused{{{kA, 3, 1}, 17}, 4, "submap record, voxel_um: cut short"}),
             "robot1: record 17 of a refused: submap record, voxel_um: cut short\n");
@@ -80,7 +80,7 @@ TEST(TeamWords, AMapSaysWhatItIsMadeOfAndWhatItLacks) {
   fused.submaps_left_out = 2;
   const std::string full = said(fused);
   EXPECT_THAT(full, HasSubstr("interim map"));
-  EXPECT_THAT(full, HasSubstr("the global map is full: 5 times a block found no room (global_budget_mb)"));
+  EXPECT_THAT(full, HasSubstr("the global map is full: 5 times a block found no room; raise map.global_budget_mb"));
   EXPECT_THAT(full, HasSubstr("2 submaps are left out"));
   EXPECT_EQ(said(mapping::MapSettled{0xabc, 900, 0}), "");
   EXPECT_THAT(said(mapping::MapSettled{0xabc, 0, 7}),

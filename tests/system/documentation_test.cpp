@@ -63,6 +63,18 @@ TEST_F(Documentation, TheManPageOfTheDaemonHasEveryOptionOfItsHelp) {
   for (const std::string& name : of_help) EXPECT_EQ(all(page, "\\n(?:-h,)?(" + name + ")[ \\n]").size(), 1u) << name;
 }
 
+TEST_F(Documentation, EverySharedLibraryOfTheDaemonIsNamedInArchitectureMd) {
+  if (std::string_view(ONEMAP_SANITIZE) != "") GTEST_SKIP() << "sanitizers load libraries of their own";
+  const std::string text = test::text_of(std::filesystem::path(ONEMAP_SOURCE_DIR) / "ARCHITECTURE.md");
+  const std::size_t at = text.find("### What `onemapd` loads");
+  ASSERT_NE(at, std::string::npos);
+  const std::string list = text.substr(at, text.find("\n## ", at) - at);
+  const auto named = all(list, R"(\b(lib[A-Za-z0-9_+.-]*[A-Za-z0-9_+]))");
+  const auto loaded = all(test::say("ldd " ONEMAP_BIN_DIR "/onemapd").output, R"(\s(lib[^\s]+?)\.so[.0-9]*\s)");
+  EXPECT_GE(loaded.size(), 5u);
+  for (const std::string& library : loaded) EXPECT_TRUE(named.contains(library)) << library;
+}
+
 TEST_F(Documentation, ManPagesAreWellFormed) {
   if (test::say("man --version").status != 0)
     GTEST_SKIP() << "man is missing (Debian: man-db): the pages were not formatted";

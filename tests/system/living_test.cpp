@@ -47,6 +47,22 @@ struct Living : testing::Test {
     };
     return test::wait_until([&] { return std::ranges::all_of(team, holds); }, 150s);
   }
+  // The team's error is at most the robots' own one and a bit more: the map joins them rightly.
+  void expect_accurate(const std::vector<Robot*>& team) {
+    std::vector<std::string> files{"--json"};
+    for (Robot* robot : team) {
+      const std::string name = robot->out().filename();
+      files.push_back(team[0]->out() / "global" / (name + ".txt"));
+      files.push_back(fmt::format("simulated:living-room?robot={}&robots=5&frames=6000&seed=3", name[0] - 'a' + 1));
+    }
+    ASSERT_EQ(test::run("onemap-eval", files, folder / "eval.json"), 0) << test::text_of(folder / "eval.json");
+    const auto eval = test::read_json(folder / "eval.json");
+    double alone = 0;
+    for (const auto& robot : eval.at("robots")) alone += robot.at("ate_alone").get<double>() / kTeam;
+    const double together = eval.at("team").at("ate").get<double>();
+    fmt::print("ATE: the robots by themselves {:.4f} m, the team {:.4f} m\n", alone, together);
+    EXPECT_LT(together, 1.2 * alone + 0.01);
+  }
   std::string logs() {
     std::string out;
     for (Robot& robot : robots) out += robot.log() + "\n";
@@ -92,6 +108,47 @@ TEST_F(Living, OneMapThroughLossDeathAndReturn) {
   const auto of_b = [](const auto& file) { return file.path().filename().string().starts_with("b."); };
   EXPECT_EQ(std::ranges::count_if(std::filesystem::directory_iterator(a.out() / "global"), of_b), 2)
       << "b.txt, and b.LIFE.txt";
+  expect_accurate({&a, &again, &c, &d, &late});
+}
+
+// A keyframe is in the other's map soon after it was made, of robots that never finish. How soon is printed; the limit
+// is for machines that do ten things at once.
+TEST(KeepsUp, AKeyframeIsInThePeersMapSoon) {
+  const test::TempFolder folder;
+  folder.write("team.toml", "[run]\nmerge_while_mapping_s = 2\nlinger_s = 0\n");
+  const auto pa = test::free_port(), pb = test::free_port();
+  const auto start = [&](const std::string& name, int robot, std::uint16_t own, std::uint16_t other) {
+    return Robot(
+        folder, name,
+        fmt::format("simulated:living-room?robot={}&robots=5&frames=100000&seed=3&width=320&height=240", robot),
+        {"--listen", fmt::format("127.0.0.1:{}", own), "--peer", fmt::format("127.0.0.1:{}", other), "--config",
+         folder / "team.toml"});
+  };
+  Robot a = start("a", 1, pa, pb), b = start("b", 2, pb, pa);
+  const auto in_map = [&] {
+    const auto status = b.status();
+    return status.is_object() ? status.value("keyframes_in_map", std::map<std::string, std::size_t>{})["a"] : 0;
+  };
+  ASSERT_TRUE(test::wait_until([&] { return in_map() > 0; }, 60s)) << a.log() << b.log();
+  using Clock = std::chrono::steady_clock;
+  const std::size_t first = in_map();
+  std::vector<Clock::time_point> made(a.status("keyframes", first));  // those before `counted` were made unseen
+  const std::size_t counted = made.size();
+  std::vector<double> waited_s;
+  for (std::size_t next = first; waited_s.size() < 12;) {
+    const auto now = Clock::now();
+    while (made.size() < a.status("keyframes", made.size())) made.push_back(now);
+    for (const std::size_t there = std::min(in_map(), made.size()); next < there; ++next)
+      if (next >= counted) waited_s.push_back(std::chrono::duration<double>(now - made[next]).count());
+    ASSERT_TRUE(made.size() == counted || next >= made.size() || now - made[std::max(next, counted)] < 60s)
+        << a.log() << b.log();
+    std::this_thread::sleep_for(20ms);
+  }
+  std::ranges::sort(waited_s);
+  fmt::print("from a keyframe to the peer's map: median {:.2f} s, most {:.2f} s\n", waited_s[waited_s.size() / 2],
+             waited_s.back());
+  EXPECT_EQ(a.stop(), 0);
+  EXPECT_EQ(b.stop(), 0);
 }
 
 // Somebody carries robot a into the room that b maps: it goes on in a map of its own, and b's map tells where that is.

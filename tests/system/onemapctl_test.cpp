@@ -106,6 +106,83 @@ TEST(Onemapctl, WhatTheDaemonRefusesEndsWithOne) {
   EXPECT_THAT(refused.text, HasSubstr("classes: expected a list of POSE, EVENT, PEERS, STATUS"));
 }
 
+// Two robots in one room, asked over their sockets.
+TEST(Onemapctl, SaysWhyTwoRobotsAreJoinedTakesThatBackAndLetsItCountAgain) {
+  using test::Robot;
+  const TempFolder folder;
+  const auto pa = test::free_port(), pb = test::free_port();
+  const auto start = [&](const std::string& name, int number, std::uint16_t own, std::uint16_t other) {
+    folder.write(name + ".toml", fmt::format("[run]\nmerge_while_mapping_s = 1\n[control]\nsocket = \"{}\"\n",
+                                             folder / (name + ".sock")));
+    return Robot(folder, name, fmt::format("simulated:living-room?robot={}&robots=3&frames=60&seed=3", number),
+                 {"--config", folder / (name + ".toml"), "--speed", "max", "--listen", fmt::format("127.0.0.1:{}", own),
+                  "--peer", fmt::format("127.0.0.1:{}", other)});
+  };
+  Robot a = start("a", 1, pa, pb), b = start("b", 2, pb, pa);
+  const auto together = [&](std::size_t robots) {
+    const auto holds = [&](Robot& robot) {
+      return robot.status("agreed", false) && robot.status("robots_in_map", std::size_t{0}) == robots;
+    };
+    return test::wait_until([&] { return holds(a) && holds(b); }, std::chrono::seconds(120));
+  };
+  ASSERT_TRUE(together(2)) << a.log() << b.log();
+  const Said why = ctl(folder, {"--socket", folder / "a.sock", "why", "a", "b"});
+  EXPECT_EQ(why.status, 0) << why.text;
+  EXPECT_THAT(why.text, AllOf(HasSubstr("they are in one map"), HasSubstr("accepted"), HasSubstr("in use")));
+  const Said nobody = ctl(folder, {"--socket", folder / "a.sock", "why", "a", "nobody"});
+  EXPECT_EQ(nobody.status, 1);
+  EXPECT_THAT(nobody.text, HasSubstr("nobody"));
+  const Said apart = ctl(folder, {"--socket", folder / "b.sock", "unmerge", "a", "b"});
+  EXPECT_EQ(apart.status, 0) << apart.text;
+  ASSERT_TRUE(together(1)) << a.log() << b.log();
+  const Said ruled = ctl(folder, {"--socket", folder / "a.sock", "why", "a", "b"});
+  EXPECT_THAT(ruled.text, AllOf(HasSubstr("they are not in one map"), HasSubstr("they are apart, at b")));
+  EXPECT_EQ(ctl(folder, {"--socket", folder / "a.sock", "merge", "a", "b"}).status, 0);
+  ASSERT_TRUE(together(2)) << a.log() << b.log();
+}
+
+// What takes long is acknowledged, done by other threads, and answered for.
+TEST(Onemapctl, DrawsSavesAndRecordsWhileTheRobotWorks) {
+  const TempFolder folder;
+  ControlRobot robot(folder);
+  const auto done = [&](const std::vector<std::string>& words) {
+    std::vector<std::string> arguments{"--socket", robot.socket(), "--json", "--timeout", "200"};
+    arguments.insert(arguments.end(), words.begin(), words.end());
+    const Said said = ctl(folder, arguments);
+    EXPECT_EQ(said.status, 0) << said.text;
+    return control::Json::parse(said.text, nullptr, false);
+  };
+  const auto begun = done({"record", "start"});
+  EXPECT_TRUE(begun.value("recording", false));
+  const std::string recording = begun.value("folder", "");
+  EXPECT_TRUE(robot.maps_on());
+  const auto ended = done({"record", "stop"});
+  EXPECT_FALSE(ended.value("recording", true));
+  EXPECT_GT(ended.value("frames", 0), 0);
+  EXPECT_GT(test::lines(recording + "/rgb.txt"), 0u);
+
+  const auto saved = done({"save", "kept.omap"});
+  EXPECT_EQ(std::filesystem::file_size(robot->out() / "kept.omap"), saved.value("bytes", 0u));
+  EXPECT_EQ(done({"load", "kept.omap"}).value("robots", control::Json()).at(0), "r1");
+
+  const auto drawn = done({"snapshot", "--view", "top", "--kind", "png"});
+  EXPECT_TRUE(std::filesystem::exists(drawn.value("folder", "") + "/local_top.png")) << drawn.dump();
+
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"save", "../x"},
+                                             {"save", "/etc/x"},
+                                             {"load", "none.omap"},
+                                             {"snapshot", "--view", "moon"},
+                                             {"record", "start", "a/../../b"}}) {
+    std::vector<std::string> arguments{"--socket", robot.socket()};
+    arguments.insert(arguments.end(), words.begin(), words.end());
+    const Said said = ctl(folder, arguments);
+    EXPECT_EQ(said.status, 1) << said.text;
+    EXPECT_THAT(said.text, testing::StartsWith("onemapctl: "));
+  }
+  EXPECT_TRUE(robot.maps_on());
+}
+
 TEST(ExampleClient, TalksToADaemonInPython) {
   if (std::system("python3 -c 'import json, socket' 2> /dev/null") != 0) GTEST_SKIP() << "there is no python3";
   const TempFolder folder;

@@ -186,6 +186,32 @@ std::string findings_words(const Json& findings) {
   return out;
 }
 
+std::string why_words(const Json& a) {
+  const auto chain = [](const Json& c) { return fmt::format("{} (life {})", text(c, "robot"), text(c, "life")); };
+  std::string out = flag(a, "one_map") ? "they are in one map\n" : "they are not in one map\n", way;
+  for (const Json& c : member(a, "way")) way += (way.empty() ? "" : " - ") + chain(c);
+  if (!way.empty()) out += line("joined over", way);
+  for (const Json& p : member(a, "pairs")) {
+    const Json &link = member(p, "link"), &ruling = member(p, "ruling");
+    out += fmt::format("\n{} and {}: {}\n", chain(member(p, "a")), chain(member(p, "b")), text(p, "verdict"));
+    if (link.is_object())
+      out += line("  looked at",
+                  fmt::format("{}, {} pairs of clouds agree, {} inliers, error {:.1f} mm", text(link, "reason"),
+                              text(link, "supporting_pairs"), text(link, "inliers"), number(link, "error_mm")));
+    if (ruling.is_object())
+      out += line("  a person said",
+                  fmt::format("{}, at {}", flag(ruling, "apart") ? "they are apart" : "they may be joined",
+                              text(ruling, "by")));
+    out += line("  its links", fmt::format("{} compared, {} agree, {} in use; {}", text(p, "links"), text(p, "agree"),
+                                           text(p, "used"), counts(member(p, "uses"))));
+    if (number(p, "worst_sigmas") > 0)
+      out += line("  worst in use", fmt::format("{:.1f} sigmas squared", number(p, "worst_sigmas")));
+  }
+  if (member(a, "pairs").empty())
+    out += "nobody has looked at the two yet: nothing looked alike, or there was no time\n";
+  return out;
+}
+
 std::string event_words(const Json& o) {
   const std::string name = text(o, "class", "");
   if (name == "POSE") return pose_words(o);

@@ -8,6 +8,7 @@
 #include "daemon/capture.hpp"
 #include "daemon/config.hpp"
 #include "daemon/control/control.hpp"
+#include "daemon/control/output_actions.hpp"
 #include "daemon/event_loop.hpp"
 #include "daemon/harvest.hpp"
 #include "daemon/kept_map.hpp"
@@ -90,7 +91,8 @@ class App {
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<Capture> capture_;
   std::unique_ptr<Snapshots> snapshots_;
-  std::unique_ptr<Pipeline> pipeline_;  // takes from the capture's queue, so it goes first
+  std::unique_ptr<OutputActions> output_actions_;  // uses the recorder and the snapshots
+  std::unique_ptr<Pipeline> pipeline_;             // takes from the capture's queue, so it goes first
   Standing standing_;
   MapAgreement map_agreement_;
   Instant finished_at_{}, agreed_at_{}, stuck_at_{}, status_at_{}, said_at_{};

@@ -61,14 +61,14 @@ struct Config {
   std::size_t places_budget_bytes = 32u << 20;  // for the index of own keyframes
   mapping::SurveyConfig plan;                   // the floor plan
   mapping::FindPairs find_pairs = mapping::FindPairs::by_index;
-  RecordConfig record;
-  SnapshotsConfig snapshots;
-  std::string poses_socket;  // path of pose_streams; empty: none
   // Key (SECTION.NAME) -> where its value is from: FILE:LINE or the command line. What is not here has its default.
   std::map<std::string, std::string> origins;
   std::string control_socket;   // path; empty: where control::default_socket() says
   std::string control_tcp;      // ADDR:PORT of loopback, read-only; empty: none
   std::string control_metrics;  // ADDR:PORT of loopback, HTTP; empty: none
+  RecordConfig record;
+  SnapshotsConfig snapshots;
+  std::string poses_socket;  // path of pose_streams; empty: none
 
   bool alone() const { return listen.empty() && peers.empty() && group.empty(); }
 };

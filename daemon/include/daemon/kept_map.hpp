@@ -29,7 +29,8 @@ class KeptMap {
 
   // Whether this map should be kept now: it is settled, another one than is kept, and the last was written a while ago.
   bool due(std::uint64_t digest, bool settled, Instant now) const;
-  // An error leaves the one before in place; the next due() is a while away then, too.
+  void trying(Instant now) { tried_at_ = now; }  // whatever becomes of it, the next due() is a while away
+  // An error leaves the one before in place.
   Status keep(std::uint64_t digest, std::span<const std::uint8_t> map, Instant now);
   const std::optional<Kept>& kept() const { return kept_; }
 

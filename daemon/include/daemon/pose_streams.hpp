@@ -16,11 +16,11 @@ struct PoseStreamsView {
   std::uint64_t dropped = 0;  // readers that did not read, and those that were too many
 };
 
-// The camera's pose for other programs, as lines of a TUM trajectory (`time tx ty tz qx qy qz qw`, metres), one a frame,
-// on two Unix stream sockets: PATH.odom (smooth, never jumps) and PATH.map (the team's map; may jump; nothing while the
-// robot is not in it). Whoever connects hears a comment that names the frame, and then what is new: for example
-// `socat - UNIX:PATH.map`. Nobody is waited for: a reader that does not read is dropped, and counted. One thread says
-// poses; the view is anybody's.
+// The camera's pose for other programs, as lines of a TUM trajectory (`time tx ty tz qx qy qz qw`, metres), one a
+// frame, on two Unix stream sockets: PATH.odom (smooth, never jumps) and PATH.map (the team's map; may jump; nothing
+// while the robot is not in it). Whoever connects hears a comment that names the frame, and then what is new: for
+// example `socat - UNIX:PATH.map`. Nobody is waited for: a reader that does not read is dropped, and counted. One
+// thread says poses; the view is anybody's.
 class PoseStreams {
  public:
   static constexpr std::size_t kReaders = 16;  // of each

@@ -25,7 +25,7 @@ namespace onemap::daemon {
 
 // Records of one author, by kind; index 0: of a kind that this version does not know.
 struct RecordTally {
-  static constexpr std::size_t kKinds = 9;
+  static constexpr std::size_t kKinds = 10;
   std::array<std::uint64_t, kKinds> records{}, bytes{};  // bytes of bodies
 };
 

@@ -54,9 +54,6 @@ class Recorder {
   Status start(const std::string& folder);
   // What was offered is written before it returns. Nothing happens when none is running. The view of what was stopped.
   RecorderView stop();
-  // The same without waiting: done() is called with that view, on the recorder's thread or, when none is running, at
-  // once.
-  void stop_later(std::function<void(const RecorderView&)> done);
   bool wants_poses() const { return recording_ && config_.mcap; }
   void offer(const hal::FrameView& frame);  // the camera's thread
   // Any thread; never waits. Where the camera was, for recording.mcap; what comes between two frames that are written
@@ -78,8 +75,7 @@ class Recorder {
     std::mutex pose_mutex;
     std::deque<RecordedPose> poses;
     std::atomic<std::uint64_t> frames = 0, bytes = 0, dropped = 0;
-    std::atomic<bool> open = true;                  // takes frames
-    std::function<void(const RecorderView&)> done;  // set before the queue is closed
+    std::atomic<bool> open = true;  // takes frames
     Worker thread;
   };
   Status open(Session& session) const;
@@ -88,7 +84,6 @@ class Recorder {
   Status write(Session& session, const hal::FrameView& frame);
   Status room(const Session& session) const;
   void end(Session& session, const Error& why);
-  void finish(Session& session);
 
   const RecorderConfig config_;
   const hal::Intrinsics intrinsics_;

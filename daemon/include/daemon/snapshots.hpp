@@ -57,9 +57,7 @@ class Snapshots {
   void start();
   void stop();  // what is being drawn is left off
   // The number of the request: once view().finished is at least that, it was worked on, or left out for a newer one.
-  // Then done() is called, on the snapshots' thread, with the view of what was worked on; never after stop().
-  using Done = std::function<void(const SnapshotsView&)>;
-  std::uint64_t request(SnapshotWish wish, Done done = {});
+  std::uint64_t request(SnapshotWish wish);
   // The main thread, now and then: asks when it is time, or when the map has changed, as the configuration says.
   void tick(Instant now, std::uint64_t map_digest);
   SnapshotsView view() const;
@@ -70,7 +68,6 @@ class Snapshots {
   struct Job {
     std::uint64_t number = 0;
     SnapshotWish wish;
-    std::vector<Done> done;  // of those that were left out for it, too
   };
   struct Made {
     std::string folder;

@@ -20,6 +20,7 @@ struct DaemonStatus {
   std::uint64_t map_digest = 0;       // of the global map; 0: none yet
   std::uint64_t frontier_digest = 0;  // of the records held
   std::uint64_t robots_known = 1, robots_finished = 0, robots_in_map = 0;
+  std::map<std::string, std::uint32_t> keyframes_in_map;  // of each robot's present life, in this robot's global map
   bool agreed = false;                   // every robot that is not gone is finished and reports this digest
   bool map_agreed = false;               // every robot that is not gone holds the same map, finished or not, lately
   std::vector<std::string> map_differs;  // those that do not

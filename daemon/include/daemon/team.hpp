@@ -45,13 +45,13 @@ class Team {
   // Any thread: asked on the team's thread, between two pieces of its work, which take up to seconds.
   void ask(std::function<void(mapping::TeamMap&)> question);
   TeamView view() const;
+  const Heartbeat& heartbeat() const { return heartbeat_; }
+  LinkTally links() const;  // any thread
   // Any thread: calls look(map) on the team's thread, between two pieces of its work, again and again until it says
   // that it has seen what it wanted. It must be quick: the team's work waits. What has not been called when the thread
   // ends never is.
   using Look = std::function<bool(const mapping::TeamMap&)>;
   void look(Look look);
-  const Heartbeat& heartbeat() const { return heartbeat_; }
-  LinkTally links() const;                              // any thread
   const mapping::TeamMap& map() const { return map_; }  // after stop()
 
  private:
@@ -76,12 +76,12 @@ class Team {
   const Publish publish_;
   std::function<void(const mapping::TeamEvent&)> told_;
   mapping::TeamMap map_;
-  mutable std::mutex mutex_;  // of inbox_, view_, looks_ and links_
+  mutable std::mutex mutex_;  // of inbox_, view_, links_ and looks_
   std::condition_variable wake_;
   Inbox inbox_;
   TeamView view_;
-  std::vector<Look> looks_;
   LinkTally links_;
+  std::vector<Look> looks_;
   std::atomic<bool> stopping_ = false;
   std::atomic<std::int64_t> for_the_map_ns_ = Duration(kForTheMap).count();
   Heartbeat heartbeat_;

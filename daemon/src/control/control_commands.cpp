@@ -77,16 +77,13 @@ std::vector<Command> control_commands(std::function<RobotFacts()> facts, const C
       {"METRICS", Effect::reads, {}, "counters and gauges as Prometheus text", from(facts, metrics_of)},
       {"DOCTOR", Effect::reads, {}, "what is wrong, and what to do", from(facts, doctor_json)},
       {"WATCH", Effect::reads, {"enable", "classes"}, "hear of changes unasked", watch},
-      {"SNAPSHOT",
-       Effect::changes,
-       {"map", "view", "format", "path"},
-       "draw the map as it is now",
-       later(actions.snapshot)},
+      {"SNAPSHOT", Effect::changes, {"maps", "views", "kinds"}, "draw the map as it is now", later(actions.snapshot)},
       {"SAVE", Effect::changes, {"path"}, "write the map", later(actions.save)},
       {"LOAD", Effect::changes, {"path"}, "read a map", later(actions.load)},
       {"RECORD", Effect::changes, {"enable", "path"}, "keep the camera's frames", later(actions.record)},
       {"WHY", Effect::reads, {"a", "b"}, "why two robots are joined, or not", later(actions.why)},
       {"UNMERGE", Effect::changes, {"a", "b"}, "take the join of two robots back", later(actions.unmerge)},
+      {"MERGE", Effect::changes, {"a", "b"}, "let what joins two robots count again", later(actions.merge)},
   };
 }
 

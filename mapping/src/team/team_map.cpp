@@ -166,7 +166,7 @@ void TeamMap::take_aim(const Agreement& team, Instant now) {
   if (!wanted) return;
   final_ = team.ready() && all_here(team, wanted->solution);
   if (fusion_.aims_at(*wanted) || (!final_ && now < next_aim_)) return;
-  next_aim_ = now + config_.map_interval / (team.ready() ? 4 : 1);
+  next_aim_ = now + config_.map_interval / 4;  // frontiers come once in an interval: one that has come does not wait
   fusion_.aim(log_, std::move(*wanted));
   if (fusion_.done()) fused();
 }
@@ -197,6 +197,9 @@ void TeamMap::fused() {
   std::set<RobotId> robots;
   for (const SolvedRobot& solved : fusion_.solution()->robots) robots.insert(solved.chain.robot);
   view_.robots_in_map = robots.size();
+  view_.keyframes_in_map.clear();
+  for (const ChainExtent& extent : fusion_.target()->extents)
+    if (log_.present(extent.chain.robot) == extent.chain) view_.keyframes_in_map[extent.chain.robot] = extent.keyframes;
   view_.blocks = fusion_.map()->used();
   view_.blocks_refused = fusion_.map()->counters().blocks_refused;
   view_.submaps_left_out = fusion_.submaps_left_out();

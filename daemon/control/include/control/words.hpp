@@ -12,6 +12,7 @@ std::string map_words(const Json& answer);
 std::string pose_words(const Json& answer);  // one line
 std::string cameras_words(const Json& answer);
 std::string findings_words(const Json& findings);  // of DOCTOR
+std::string why_words(const Json& answer);         // of WHY
 std::string event_words(const Json& object);       // one line: anything that comes unasked
 std::string fields_words(const Json& answer);      // whatever there is, a line each
 

@@ -9,7 +9,7 @@ namespace onemap::daemon {
 // returns at once. One that is not set is answered with "not available".
 struct ControlActions {
   using Action = std::function<void(const Json& request, Later later)>;
-  Action snapshot, save, load, record, why, unmerge;
+  Action snapshot, save, load, record, why, unmerge, merge;
 };
 
 // The one table of what can be asked; to add something is a line here, a sentence in onemap-control.7, and a subcommand

@@ -2,6 +2,7 @@
 #include "control/protocol.hpp"
 #include "daemon/control/robot_facts.hpp"
 #include "mapping/team/team_event.hpp"
+#include "mapping/team/why.hpp"
 
 // What control clients are told, as JSON without its class (onemap-control.7 says the same in prose).
 namespace onemap::daemon {
@@ -15,6 +16,7 @@ control::Json cameras_json(const RobotFacts& facts);
 control::Json pose_json(const PoseNow& pose, const std::optional<mapping::Pose>& T_map_odom);
 // What is wrong with the robot, as far as it can tell itself: [{"about", "ok", "text", "advice"}].
 control::Json doctor_json(const RobotFacts& facts);
+control::Json why_json(const mapping::Why& why);
 control::Json event_json(const mapping::TeamEvent& event);
 
 // From smooth odometry to the global map; nothing while this chain is not in it.

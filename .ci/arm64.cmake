@@ -1,0 +1,16 @@
+# Cross-building for arm64: the packages' headers and libraries are in the folder ONEMAP_ARM64_ROOT (see .ci/package-arm64),
+# and what the build itself runs (man pages) is run by qemu-user.
+set(CMAKE_SYSTEM_NAME Linux)
+set(CMAKE_SYSTEM_PROCESSOR aarch64)
+set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)
+set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
+set(CMAKE_LIBRARY_ARCHITECTURE aarch64-linux-gnu)
+list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES ONEMAP_ARM64_ROOT)
+set(CMAKE_SYSROOT ${ONEMAP_ARM64_ROOT})
+set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64-static;-L;${ONEMAP_ARM64_ROOT})
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
+set(ENV{PKG_CONFIG_SYSROOT_DIR} ${ONEMAP_ARM64_ROOT})
+set(ENV{PKG_CONFIG_LIBDIR} ${ONEMAP_ARM64_ROOT}/usr/lib/aarch64-linux-gnu/pkgconfig:${ONEMAP_ARM64_ROOT}/usr/share/pkgconfig)

@@ -1,0 +1,95 @@
+#include "daemon/map_keeper.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <semaphore>
+#include <thread>
+
+#include "daemon/clock.hpp"
+#include "support/text_of.hpp"
+#include "temp_folder.hpp"
+
+namespace onemap::daemon {
+namespace {
+
+using namespace std::chrono_literals;
+using Saved = MapKeeper::Saved;
+
+class MapKeeperTest : public testing::Test {
+ protected:
+  const test::TempFolder folder_;
+  KeptMap map_{folder_.path().string()};
+  Failures failures_;
+  Log log_{"robot"};
+};
+
+TEST_F(MapKeeperTest, KeepsWhatTheTeamHasWhenItIsSettled) {
+  std::atomic<int> asked = 0;
+  const auto take = [&](const auto&) -> std::optional<Saved> {
+    ++asked;
+    return Saved{0xabc, {1, 2, 3}};
+  };
+  MapKeeper keeper(map_, take, failures_, log_);
+  keeper.start();
+  keeper.tick(0xabc, false, now());
+  keeper.tick(0, true, now());
+  std::this_thread::sleep_for(20ms);
+  EXPECT_EQ(asked, 0) << "not settled, or no map";
+  const std::string file = folder_ / "map-0000000000000abc.omap";
+  for (int i = 0; i < 1000 && !std::filesystem::exists(folder_ / "settled-map"); ++i) {
+    keeper.tick(0xabc, true, now());
+    std::this_thread::sleep_for(10ms);
+  }
+  for (int i = 0; i < 5; ++i) keeper.tick(0xabc, true, now());
+  keeper.stop();
+  EXPECT_EQ(asked, 1) << "it is kept already";
+  EXPECT_EQ(test::text_of(file), "\1\2\3");
+  EXPECT_EQ(map_.kept()->digest, 0xabcu);
+}
+
+TEST_F(MapKeeperTest, NobodyWaitsForItButItsEnd) {
+  std::binary_semaphore entered{0};
+  const auto take = [&](const auto& stop) -> std::optional<Saved> {
+    entered.release();
+    while (!stop()) std::this_thread::sleep_for(1ms);
+    return std::nullopt;
+  };
+  MapKeeper keeper(map_, take, failures_, log_);
+  keeper.start();
+  keeper.tick(1, true, now());
+  entered.acquire();
+  for (int i = 0; i < 1000; ++i) keeper.tick(2, true, now());  // comes back though it is busy
+  keeper.stop();
+  EXPECT_FALSE(map_.kept());
+}
+
+TEST_F(MapKeeperTest, WhatThrowsOrCannotBeWrittenIsSaidAndTheThreadGoesOn) {
+  KeptMap nowhere("/nonexistent/place");
+  std::counting_semaphore<8> asked{0};
+  std::atomic<bool> throws = true;
+  const auto take = [&](const auto&) -> std::optional<Saved> {
+    asked.release();
+    if (throws) throw std::bad_alloc();
+    return Saved{1, {1}};
+  };
+  testing::internal::CaptureStderr();
+  {
+    MapKeeper keeper(nowhere, take, failures_, log_);
+    keeper.start();
+    keeper.tick(1, true, now());
+    asked.acquire();
+    throws = false;
+    while (!asked.try_acquire()) {
+      keeper.tick(1, true, now() + 1min);
+      std::this_thread::sleep_for(1ms);
+    }
+  }
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              testing::HasSubstr("the settled map is not kept: settled map: out of memory"));
+  EXPECT_FALSE(failures_.any());
+  EXPECT_FALSE(nowhere.kept());
+}
+
+}  // namespace
+}  // namespace onemap::daemon
