@@ -17,6 +17,7 @@
 #include "daemon/map_keeper.hpp"
 #include "daemon/options.hpp"
 #include "daemon/pipeline.hpp"
+#include "daemon/pose_streams.hpp"
 #include "daemon/radio.hpp"
 #include "daemon/recorder.hpp"
 #include "daemon/service.hpp"
@@ -63,8 +64,10 @@ class App {
   Exit verdict(End end, const Status& written);
   Exit failed_to_start(const Error& error);
   void tick();
-  void watch(Instant now);
   void note_status(const Status& written);
+  Status open_poses();
+  void tell_pose(const PoseNow& pose);
+  void watch(Instant now);
   void take_standing(Instant now);
   void say_waiting(Instant now);
   bool done() const;
@@ -85,6 +88,7 @@ class App {
   std::uint64_t frames_expected_ = 0;
   std::unique_ptr<Team> team_;
   std::unique_ptr<Radio> radio_;
+  std::optional<PoseStreams> pose_streams_;
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<Capture> capture_;
   std::unique_ptr<Snapshots> snapshots_;
