@@ -64,7 +64,9 @@ const Json& member(const Json& object, const char* key) {
   return value == object.end() ? kNone : *value;
 }
 
-std::string line(const char* name, const std::string& value) { return fmt::format("{:<14}{}\n", name, value); }
+std::string line(std::string_view name, const std::string& value) {
+  return fmt::format("{:<14}{}{}\n", name, name.size() < 14 ? "" : " ", value);
+}
 }  // namespace
 
 std::string table(const std::vector<std::vector<std::string>>& rows) {
@@ -179,9 +181,9 @@ std::string cameras_words(const Json& a) {
 std::string findings_words(const Json& findings) {
   std::string out;
   for (const Json& f : findings) {
-    out += fmt::format("{}  {:<12}{}\n", flag(f, "ok") ? "ok " : "BAD", text(f, "about"), text(f, "text"));
+    out += fmt::format("{}  {:<13}{}\n", flag(f, "ok") ? "ok " : "BAD", text(f, "about"), text(f, "text"));
     if (!flag(f, "ok") && !text(f, "advice", "").empty())
-      out += fmt::format("     {:<12}-> {}\n", "", text(f, "advice"));
+      out += fmt::format("     {:<13}-> {}\n", "", text(f, "advice"));
   }
   return out;
 }
@@ -230,7 +232,7 @@ std::string fields_words(const Json& answer) {
   std::string out;
   for (const auto& [key, value] : answer.items())
     if (key != "class" && key != "id" && key != "of")
-      out += line(key.c_str(), value.is_string() ? value.get<std::string>() : value.dump());
+      out += line(key, value.is_string() ? value.get<std::string>() : value.dump());
   return out;
 }
 

@@ -40,6 +40,20 @@ void look_at_camera(const RobotFacts& facts, Findings& found) {
               "a smaller image, fewer features (tracking.*) or fewer other programs");
 }
 
+// Frames that no camera should deliver, where they are many.
+void look_at_faults(const RobotFacts& facts, Findings& found) {
+  const CaptureCounters& c = facts.capture;
+  const auto many = [&](std::uint64_t count, const char* what, const char* advice) {
+    if (count * 20 > c.grabbed) found.bad("camera", fmt::format("{} of {} frames {}", count, c.grabbed, what), advice);
+  };
+  many(c.frozen, "were the same as the one before",
+       "the camera or its driver hangs: unplug it, or look for a newer driver");
+  many(c.black, "were black", "is the lens covered, or the exposure fixed?");
+  many(c.saturated, "were white", "is the exposure fixed?");
+  many(c.no_depth, "had no depth", "is the emitter covered, or does the sun shine in?");
+  many(c.time_back, "came with a time that went back", "the camera's or the recording's stamps are wrong");
+}
+
 void look_at_depth(const RobotFacts& facts, Findings& found) {
   if (!facts.pipeline.look) return;
   const DepthLook& look = *facts.pipeline.look;
@@ -123,8 +137,8 @@ void look_at_peers(const RobotFacts& facts, Findings& found) {
 
 Json doctor_json(const RobotFacts& facts) {
   Findings found;
-  for (const auto look : {look_at_camera, look_at_depth, look_at_calibration, look_at_tracking, look_at_clock,
-                          look_at_place, look_at_peers})
+  for (const auto look : {look_at_camera, look_at_faults, look_at_depth, look_at_calibration, look_at_tracking,
+                          look_at_clock, look_at_place, look_at_peers})
     look(facts, found);
   return {{"findings", std::move(found.list)}};
 }

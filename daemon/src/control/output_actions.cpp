@@ -18,8 +18,7 @@ namespace onemap::daemon {
 using control::Json;
 
 namespace {
-// A list of words in a request, judged as the configuration's key of that name
-// judges it.
+// A list of words in a request, judged as the configuration's key of that name judges it.
 Status take_words(const Json& request, const char* key, std::vector<std::string>& into) {
   const auto given = request.find(key);
   if (given == request.end()) return success();
