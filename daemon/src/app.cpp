@@ -113,6 +113,7 @@ Status App::open_rest() {
                                          truth_of(config_.camera), log_);
   snapshots_ = std::make_unique<Snapshots>(config_, take_from(*team_), failures_, log_);
   map_keeper_ = std::make_unique<MapKeeper>(*kept_map_, settled_map_of(*team_, config_.id), failures_, log_);
+  if (auto status = open_poses(); !status) return status;
   capture_->listen([this](const hal::FrameView& frame) { recorder_->offer(frame); });
   Outbox outbox;
   outbox.publish = [this](OutgoingRecord record) { radio_->publish(std::move(record)); };
@@ -182,7 +183,7 @@ void App::start() {
   map_keeper_->start();
   if (config_.record.start)
     if (auto begun = recorder_->start(next_recording(config_.out)); !begun)
-      log_.line("not recording: {}", begun.error().text());
+      log_.warn("not recording: {}", begun.error().text());
   capture_->start();
 }
 
@@ -190,6 +191,7 @@ void App::stop() {
   service_.stopping();
   if (!pipeline_->progress().finished) pipeline_->abandon();
   capture_->stop();
+  output_actions_->stop();
   recorder_->stop();
   snapshots_->stop();
   map_keeper_->stop();
@@ -226,10 +228,32 @@ Status App::open_control() {
   began_ = now();
   const Control::Sources sources{[this] { return facts(); },
                                  [this](const PoseNow& pose) { return map_correction(team_->view(), pose); }};
-  control_ = std::make_unique<Control>(*loop_, sources, team_actions(*team_), log_);
-  pipeline_->on_pose([this](const PoseNow& pose) { control_->pose(pose); });
+  ControlActions actions = team_actions(*team_);
+  output_actions_ = std::make_unique<OutputActions>(config_, *snapshots_, *recorder_, take_from(*team_));
+  output_actions_->add_to(actions);
+  control_ = std::make_unique<Control>(*loop_, sources, std::move(actions), log_);
+  pipeline_->on_pose([this](const PoseNow& pose) {
+    control_->pose(pose);
+    tell_pose(pose);
+  });
   team_->on_event([this](const mapping::TeamEvent& event) { control_->event(event); });
   return control_->open(config_, ONEMAP_VERSION);
+}
+
+Status App::open_poses() {
+  if (config_.poses_socket.empty()) return success();
+  auto streams = PoseStreams::open(config_.poses_socket);
+  if (!streams) return streams.error();
+  pose_streams_.emplace(std::move(*streams));
+  return success();
+}
+
+// The pipeline's thread: nobody here waits.
+void App::tell_pose(const PoseNow& pose) {
+  if (!pose.tracking || (!pose_streams_ && !recorder_->wants_poses())) return;
+  const RecordedPose now{pose.time, pose.T_odom_camera, map_correction(team_->view(), pose)};
+  recorder_->pose(now);
+  if (pose_streams_) pose_streams_->say(now);
 }
 
 RobotFacts App::facts() const {
@@ -255,6 +279,8 @@ RobotFacts App::facts() const {
   facts.team = team_->view();
   facts.links = team_->links();
   facts.radio = radio_->view();
+  facts.recorder = recorder_->view();
+  facts.snapshots = snapshots_->view();
   facts.life = facts.radio.life;
   facts.place = place_facts(config_.out);
   return facts;
@@ -289,6 +315,7 @@ void App::tick() {
   take_standing(t);
   watch(t);
   snapshots_->tick(t, team_->view().digest);
+  output_actions_->tick();
   map_keeper_->tick(team_->view().digest, map_agreement_.agreed(), t);
   if (t - status_at_ < kStatusInterval) return;
   status_at_ = t;
@@ -300,7 +327,7 @@ void App::tick() {
 // A disk that is full or gone is no reason to end: the map is with the team, and the disk may come back.
 void App::note_status(const Status& written) {
   if (!written && status_written_)
-    log_.line("{}; going on without it until that can be written", written.error().text());
+    log_.warn("{}; going on without it until that can be written", written.error().text());
   if (written && !status_written_) log_.line("{}/status.json is written again", config_.out);
   status_written_ = written.ok();
 }

@@ -69,7 +69,7 @@ void Capture::tell(hal::Grab grab) {
   } else if (grab == hal::Grab::gone && !away_) {
     away_ = true;
     ++gone_;
-    log_.line("the camera is gone: {}; waiting for it", camera_.last_error().text());
+    log_.warn("the camera is gone: {}; waiting for it", camera_.last_error().text());
   } else if (grab == hal::Grab::frame && away_) {
     away_ = false;
     log_.line("the camera is back");
@@ -85,7 +85,7 @@ bool Capture::times_increase(hal::Frame& frame) {
     log_.limited("time back", "frame {} refused: its time, {:.3f} s, is not after the one before it", frame.index,
                  to_seconds(came));
   if (verdict == Verdict::moved)
-    log_.line("the camera's clock was set back: its times are moved by {:.3f} s from here on",
+    log_.warn("the camera's clock was set back: its times are moved by {:.3f} s from here on",
               to_seconds(times_.shift()));
   if (verdict == Verdict::returned) log_.line("the camera's clock is ahead again: its times are its own");
   return verdict != Verdict::refused;
@@ -95,7 +95,7 @@ bool Capture::usable(hal::Frame& frame) {
   if (!times_increase(frame)) return false;
   const FrameCheck::Seen seen = check_.look(frame.view());
   for (std::size_t i = 0; i < kFrameFaults; ++i) faults_[i] = check_.frames(static_cast<FrameFault>(i));
-  if (!seen.began.empty()) log_.line("frame {}: {}", frame.index, seen.began);
+  if (!seen.began.empty()) log_.warn("frame {}: {}", frame.index, seen.began);
   if (!seen.ended.empty()) log_.line("the camera is well again at frame {}: {}", frame.index, seen.ended);
   return !seen.frozen;
 }

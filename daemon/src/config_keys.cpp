@@ -394,6 +394,13 @@ void add_snapshots(std::vector<ConfigKey>& keys) {
       [](auto& c) -> auto& { return c.snapshots.maps; }));
 }
 
+void add_poses(std::vector<ConfigKey>& keys) {
+  keys.push_back(text({"poses", "socket",
+                       "Unix sockets for other programs, a line `time tx ty tz qx qy qz qw` a frame: SOCKET.odom never "
+                       "jumps, SOCKET.map may; empty: none"},
+                      "a path of at most 102 bytes", &Config::poses_socket, any));
+}
+
 constexpr ConfigSection kSections[] = {
     {"robot", "who this robot is, what it sees with, where it writes"},
     {"network", "whom it talks to over UDP"},
@@ -403,6 +410,7 @@ constexpr ConfigSection kSections[] = {
     {"control", "how people and programs of this machine reach it"},
     {"record", "recordings of the camera, as replay:DIR plays them"},
     {"snapshots", "pictures, models and floor plans of the maps while it works"},
+    {"poses", "where the camera is, for other programs"},
 };
 
 }  // namespace
@@ -413,7 +421,7 @@ std::span<const ConfigKey> config_keys() {
   static const std::vector<ConfigKey> table = [] {
     std::vector<ConfigKey> keys;
     for (const auto add :
-         {add_robot, add_network, add_run, add_tracking, add_map, add_control, add_record, add_snapshots})
+         {add_robot, add_network, add_run, add_tracking, add_map, add_control, add_record, add_snapshots, add_poses})
       add(keys);
     return keys;
   }();

@@ -293,7 +293,7 @@ void Radio::log_network() {
   failed_before_ += std::exchange(sends_failed_, 0u);
   sends_ = 0;
   if (cut_off && !cut_off_)
-    log_.line(
+    log_.warn(
         "nothing can be sent: is there a network, with a route to the peers? Mapping goes on, and what is new is "
         "sent when there is one");
   if (!cut_off && cut_off_) log_.line("the network takes datagrams again, after {} that it did not", failed_before_);

@@ -59,6 +59,7 @@ Status Recorder::start(const std::string& folder) {
     view_ = {true, folder, 0, 0, 0, {}};
   }
   if (last) last->queue.close();
+  recording_ = true;
   session->thread.start("recorder", failures_, [this, session = session.get()] { run(*session); });
   log_.line("recording to {}", folder);
   return success();
@@ -93,6 +94,7 @@ RecorderView Recorder::stop() {
     const std::lock_guard lock(mutex_);
     view_ = last;
     view_.recording = false;
+    recording_ = false;
     session_.reset();
   }
   if (last.recording)
@@ -122,7 +124,7 @@ void Recorder::offer(const hal::FrameView& frame) {
   if (!copy) {
     const std::uint64_t dropped = ++session->dropped;
     if (dropped == 1 || dropped == 100 || dropped % 1000 == 0)
-      log_.line("recording is slower than the camera: {} frames of it dropped so far; its disk or this machine is busy",
+      log_.warn("recording is slower than the camera: {} frames of it dropped so far; its disk or this machine is busy",
                 dropped);
     return;
   }
@@ -199,7 +201,8 @@ Status Recorder::room(const Session& session) const {
 
 void Recorder::end(Session& session, const Error& why) {
   session.open = false;
-  log_.line("the recording ended after {} frames: {}", session.frames.load(), why.text());
+  recording_ = false;
+  log_.warn("the recording ended after {} frames: {}", session.frames.load(), why.text());
   const std::lock_guard lock(mutex_);
   if (session_.get() != &session) return;
   view_.recording = false;

@@ -19,6 +19,7 @@ constexpr auto kLongestDrawing = std::chrono::seconds(120);
 constexpr auto kRest = std::chrono::seconds(10);     // from one snapshot of a changed map to the next
 constexpr auto kPatience = std::chrono::seconds(5);  // for the global map that is being built
 constexpr auto kLook = std::chrono::milliseconds(50);
+constexpr std::size_t kMostKeyframes = 500;  // of a plan, which takes milliseconds each and cannot be left off
 
 bool has(const std::vector<std::string>& words, const char* word) {
   return std::ranges::find(words, word) != words.end();
@@ -173,7 +174,9 @@ Result<bool> Snapshots::draw(const MapPicture& picture) {
 }
 
 Result<bool> Snapshots::plan(const std::string& folder, const MapSource& from) const {
-  const auto survey = survey_of(from, config_.plan);
+  mapping::SurveyConfig config = config_.plan;
+  config.most_keyframes = std::min(config.most_keyframes, kMostKeyframes);
+  const auto survey = survey_of(from, config);
   if (!survey) return false;  // a desk without a floor is no failure
   for (const std::string& stem : {folder + "/map", config_.out + "/map"})
     if (auto written = render::write_map_server(stem, survey->plan, survey->T_level_map); !written)

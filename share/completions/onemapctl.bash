@@ -13,8 +13,8 @@ _onemapctl() {
     --socket) COMPREPLY=($(compgen -f -- "$word")) && return ;;
     --timeout) return ;;
     --map) COMPREPLY=($(compgen -W 'local global' -- "$word")) && return ;;
-    --view) COMPREPLY=($(compgen -W 'top follow fit' -- "$word")) && return ;;
-    --format) COMPREPLY=($(compgen -W 'png glb' -- "$word")) && return ;;
+    --view) COMPREPLY=($(compgen -W 'fit top follow plan front' -- "$word")) && return ;;
+    --kind) COMPREPLY=($(compgen -W 'png glb plan' -- "$word")) && return ;;
   esac
   local options='--socket --json --timeout --help'
   case $command in
@@ -22,7 +22,7 @@ _onemapctl() {
     pose) COMPREPLY=($(compgen -W "--follow $options" -- "$word")) ;;
     watch) COMPREPLY=($(compgen -W "POSE EVENT PEERS STATUS $options" -- "$word")) ;;
     record) COMPREPLY=($(compgen -W "start stop $options" -- "$word")) ;;
-    snapshot) COMPREPLY=($(compgen -W "--map --view --format $options" -- "$word") $(compgen -f -- "$word")) ;;
+    snapshot) COMPREPLY=($(compgen -W "--map --view --kind $options" -- "$word")) ;;
     save | load) COMPREPLY=($(compgen -W "$options" -- "$word") $(compgen -f -- "$word")) ;;
     *) COMPREPLY=($(compgen -W "$options" -- "$word")) ;;
   esac

@@ -25,6 +25,6 @@ complete -c onemapctl -n '__fish_seen_subcommand_from pose' -l follow -d 'the po
 complete -c onemapctl -n '__fish_seen_subcommand_from watch' -a 'POSE EVENT PEERS STATUS'
 complete -c onemapctl -n '__fish_seen_subcommand_from record' -a 'start stop'
 complete -c onemapctl -n '__fish_seen_subcommand_from snapshot' -l map -x -a 'local global' -d 'which'
-complete -c onemapctl -n '__fish_seen_subcommand_from snapshot' -l view -x -a 'top follow fit' -d 'from where'
-complete -c onemapctl -n '__fish_seen_subcommand_from snapshot' -l format -x -a 'png glb' -d 'as what'
-complete -c onemapctl -n '__fish_seen_subcommand_from snapshot save load' -F
+complete -c onemapctl -n '__fish_seen_subcommand_from snapshot' -l view -x -a 'fit top follow plan front' -d 'from where'
+complete -c onemapctl -n '__fish_seen_subcommand_from snapshot' -l kind -x -a 'png glb plan' -d 'what'
+complete -c onemapctl -n '__fish_seen_subcommand_from save load' -F

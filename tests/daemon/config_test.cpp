@@ -207,6 +207,7 @@ TEST_F(ConfigFile, TheExampleCarriesEveryValue) {
   all.plan.space.budget_bytes = 9u << 20;
   all.find_pairs = mapping::FindPairs::all_pairs;
   all.record = {true, {"mcap"}, 10u << 20, 11u << 20};
+  all.poses_socket = "/run/onemap/poses";
   all.snapshots = {12.5, true, 13, 14u << 20, {"front"}, {"glb"}, {"local"}};
   ASSERT_TRUE(load(config_text(all)).ok()) << load(config_text(all)).error().text();
   EXPECT_EQ(config_text(config_), config_text(all));

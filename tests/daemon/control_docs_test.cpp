@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstdio>
+
 #include "control/ctl.hpp"
 #include "daemon/control/control_actions.hpp"
 #include "daemon/control/replies.hpp"
@@ -100,11 +103,29 @@ TEST(ControlDocs, EverySubcommandIsInItsManPageAndInEveryCompletion) {
 
 TEST(ControlDocs, EveryOptionIsInTheManPageAndInEveryCompletion) {
   const std::string man = page("onemapctl.1");
-  for (const char* option : {"socket", "json", "timeout", "help", "version", "follow", "map", "view", "format"}) {
+  for (const char* option : {"socket", "json", "timeout", "help", "version", "follow", "map", "view", "kind"}) {
     EXPECT_NE(man.find(std::string("--") + option), std::string::npos) << option;
     for (const char* file : {"onemapctl.bash", "_onemapctl", "onemapctl.fish"})
       EXPECT_TRUE(has_word(test::text_of(kShare + "completions/" + file), option)) << option << " in " << file;
   }
+}
+
+TEST(ControlDocs, BashCompletesCommandsAndWhatFollowsThem) {
+  const auto completes = [](const std::string& words) {
+    const std::string script = "source " + kShare + "completions/onemapctl.bash; COMP_WORDS=(onemapctl " + words +
+                               "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _onemapctl; echo \"${COMPREPLY[*]}\"";
+    std::FILE* bash = popen(("bash -c '" + script + "'").c_str(), "r");
+    std::array<char, 4096> out{};
+    const std::size_t got = std::fread(out.data(), 1, out.size(), bash);
+    EXPECT_EQ(pclose(bash), 0) << words;
+    return std::string(out.data(), got);
+  };
+  EXPECT_EQ(completes("st"), "status\n");
+  EXPECT_EQ(completes("--socket x un"), "unmerge\n");
+  EXPECT_EQ(completes("record st"), "start stop\n");
+  EXPECT_EQ(completes("watch P"), "POSE PEERS\n");
+  EXPECT_EQ(completes("snapshot --kind p"), "png plan\n");
+  EXPECT_EQ(completes("pose --f"), "--follow\n");
 }
 
 TEST(ControlDocs, EveryRequestHasItsSubcommand) {

@@ -20,7 +20,12 @@ RobotFacts busy_robot() {
   f.status.tracking = true;
   f.status.map_digest = 0xABC;
   f.status.refused = {{"bad_magic", 4}};
-  f.capture = {100, 2, 8, 1};
+  f.capture.grabbed = 100;
+  f.capture.bad = 2;
+  f.capture.dropped = 8;
+  f.capture.gone = 1;
+  f.capture.frozen = 6;
+  f.snapshots.made = 7;
   f.pipeline.costs.frame = {{8, 12, 15}, 800, 90};
   f.pipeline.not_placed[static_cast<std::size_t>(mapping::TrackReason::too_few_features)] = 10;
   f.pipeline.blocks = 12;
@@ -52,6 +57,8 @@ TEST(Metrics, EveryFamilyParsesStrictlyAndSaysWhatTheFactsSay) {
   EXPECT_EQ(families.at("onemap_frame_milliseconds").samples.at("onemap_frame_milliseconds_count{step=all}"), 90);
   EXPECT_EQ(value("onemap_frames_total", "{outcome=dropped}"), 8);
   EXPECT_EQ(value("onemap_frames_not_placed_total", "{reason=too_few_features}"), 10);
+  EXPECT_EQ(value("onemap_frames_faulty_total", "{fault=frozen}"), 6);
+  EXPECT_EQ(value("onemap_snapshots_total", "{outcome=made}"), 7);
   EXPECT_EQ(value("onemap_tracking", ""), 1);
   EXPECT_EQ(value("onemap_map_blocks", "{map=local}"), 12);
   EXPECT_EQ(value("onemap_map_blocks_budget", "{map=local}"), 100);

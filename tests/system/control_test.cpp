@@ -143,7 +143,8 @@ TEST(Control, AThousandHalfOpenClientsKeepNobodyOut) {
   worker.ask(R"({"class":"POSE"})");
   EXPECT_EQ(worker.hear().value("class", ""), "POSE") << "and so is who was here before";
   EXPECT_GE(dropped(robot, "crowded_out"), 1000 - 64);
-  EXPECT_LT(robot->memory_mb("VmRSS:"), before + 60) << "memory is bounded";
+  const double most = std::string_view(ONEMAP_SANITIZE).empty() ? before + 60 : before + 600;
+  EXPECT_LT(robot->memory_mb("VmRSS:"), most) << "memory is bounded";
 }
 
 TEST(Control, OutOfDescriptorsItMapsOnAndServesAgainWhenThereAreSome) {

@@ -141,6 +141,48 @@ TEST(Onemapctl, SaysWhyTwoRobotsAreJoinedTakesThatBackAndLetsItCountAgain) {
   ASSERT_TRUE(together(2)) << a.log() << b.log();
 }
 
+// What takes long is acknowledged, done by other threads, and answered for.
+TEST(Onemapctl, DrawsSavesAndRecordsWhileTheRobotWorks) {
+  const TempFolder folder;
+  ControlRobot robot(folder);
+  const auto done = [&](const std::vector<std::string>& words) {
+    std::vector<std::string> arguments{"--socket", robot.socket(), "--json", "--timeout", "200"};
+    arguments.insert(arguments.end(), words.begin(), words.end());
+    const Said said = ctl(folder, arguments);
+    EXPECT_EQ(said.status, 0) << said.text;
+    return control::Json::parse(said.text, nullptr, false);
+  };
+  const auto begun = done({"record", "start"});
+  EXPECT_TRUE(begun.value("recording", false));
+  const std::string recording = begun.value("folder", "");
+  EXPECT_TRUE(robot.maps_on());
+  const auto ended = done({"record", "stop"});
+  EXPECT_FALSE(ended.value("recording", true));
+  EXPECT_GT(ended.value("frames", 0), 0);
+  EXPECT_GT(test::lines(recording + "/rgb.txt"), 0u);
+
+  const auto saved = done({"save", "kept.omap"});
+  EXPECT_EQ(std::filesystem::file_size(robot->out() / "kept.omap"), saved.value("bytes", 0u));
+  EXPECT_EQ(done({"load", "kept.omap"}).value("robots", control::Json()).at(0), "r1");
+
+  const auto drawn = done({"snapshot", "--view", "top", "--kind", "png"});
+  EXPECT_TRUE(std::filesystem::exists(drawn.value("folder", "") + "/local_top.png")) << drawn.dump();
+
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"save", "../x"},
+                                             {"save", "/etc/x"},
+                                             {"load", "none.omap"},
+                                             {"snapshot", "--view", "moon"},
+                                             {"record", "start", "a/../../b"}}) {
+    std::vector<std::string> arguments{"--socket", robot.socket()};
+    arguments.insert(arguments.end(), words.begin(), words.end());
+    const Said said = ctl(folder, arguments);
+    EXPECT_EQ(said.status, 1) << said.text;
+    EXPECT_THAT(said.text, testing::StartsWith("onemapctl: "));
+  }
+  EXPECT_TRUE(robot.maps_on());
+}
+
 TEST(ExampleClient, TalksToADaemonInPython) {
   if (std::system("python3 -c 'import json, socket' 2> /dev/null") != 0) GTEST_SKIP() << "there is no python3";
   const TempFolder folder;

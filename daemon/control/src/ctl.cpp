@@ -36,8 +36,8 @@ struct Options {
   std::string socket;
   bool json = false, follow = false;
   double timeout_s = 10;
-  std::string map, view, format, path, a, b;
-  std::vector<std::string> classes;
+  std::string path, a, b;
+  std::vector<std::string> classes, maps, views, kinds;
 };
 
 struct Ctl {
@@ -160,30 +160,31 @@ void CommandLine::declare_reading() {
 }
 
 void CommandLine::declare_changing() {
-  auto* snapshot = command("snapshot", "draw the map as it is now", [](Ctl& ctl) {
+  auto* snapshot = command("snapshot", "draw the maps as they are now", [](Ctl& ctl) {
     const Options& o = ctl.options;
-    return ask(ctl, request_of("SNAPSHOT", {{"map", o.map}, {"view", o.view}, {"format", o.format}, {"path", o.path}}),
-               fields_words);
+    Json request{{"class", "SNAPSHOT"}};
+    for (const auto& [key, words] : {std::pair{"maps", &o.maps}, {"views", &o.views}, {"kinds", &o.kinds}})
+      if (!words->empty()) request[key] = *words;
+    return ask(ctl, request, fields_words);
   });
-  snapshot->add_option("--map", options.map, "local or global")->type_name("MAP");
-  snapshot->add_option("--view", options.view, "top, follow or fit")->type_name("VIEW");
-  snapshot->add_option("--format", options.format, "png or glb")->type_name("FORMAT");
-  snapshot->add_option("path", options.path, "where to; without it the daemon's own folder");
-  command("save", "write the map to a file of the daemon's machine", [](Ctl& ctl) {
+  snapshot->add_option("--map", options.maps, "global or local; several times for several")->type_name("MAP");
+  snapshot->add_option("--view", options.views, "fit, top, follow, plan or front")->type_name("VIEW");
+  snapshot->add_option("--kind", options.kinds, "png, glb or plan")->type_name("KIND");
+  command("save", "write the map to a file below the daemon's OUT", [](Ctl& ctl) {
     return ask(ctl, request_of("SAVE", {{"path", ctl.options.path}}), fields_words);
-  })->add_option("path", options.path, "where to; without it the daemon's own folder");
-  command("load", "read a map that was saved",
+  })->add_option("path", options.path, "its name below OUT; saved.omap");
+  command("load", "read a map that was saved: whether it is whole, and what it holds",
           [](Ctl& ctl) {
             return ask(ctl, request_of("LOAD", {{"path", ctl.options.path}}), fields_words);
           })
-      ->add_option("path", options.path, "the file")
+      ->add_option("path", options.path, "its name below OUT")
       ->required();
   auto* recording = app.add_subcommand("record", "keep the camera's frames, as replay: reads them");
   recording->require_subcommand(1);
   recording->fallthrough();
   recording->add_subcommand("start", "from now on")
       ->callback([this] { run = [](Ctl& ctl) { return record(ctl, true); }; })
-      ->add_option("path", options.path, "folder; without it the daemon's own");
+      ->add_option("path", options.path, "folder below OUT; without it recordings/NUMBER");
   recording->add_subcommand("stop", "no longer")->callback([this] {
     run = [](Ctl& ctl) { return record(ctl, false); };
   });

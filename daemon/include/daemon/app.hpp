@@ -8,6 +8,7 @@
 #include "daemon/capture.hpp"
 #include "daemon/config.hpp"
 #include "daemon/control/control.hpp"
+#include "daemon/control/output_actions.hpp"
 #include "daemon/event_loop.hpp"
 #include "daemon/harvest.hpp"
 #include "daemon/kept_map.hpp"
@@ -16,6 +17,7 @@
 #include "daemon/map_keeper.hpp"
 #include "daemon/options.hpp"
 #include "daemon/pipeline.hpp"
+#include "daemon/pose_streams.hpp"
 #include "daemon/radio.hpp"
 #include "daemon/recorder.hpp"
 #include "daemon/service.hpp"
@@ -62,8 +64,10 @@ class App {
   Exit verdict(End end, const Status& written);
   Exit failed_to_start(const Error& error);
   void tick();
-  void watch(Instant now);
   void note_status(const Status& written);
+  Status open_poses();
+  void tell_pose(const PoseNow& pose);
+  void watch(Instant now);
   void take_standing(Instant now);
   void say_waiting(Instant now);
   bool done() const;
@@ -84,10 +88,12 @@ class App {
   std::uint64_t frames_expected_ = 0;
   std::unique_ptr<Team> team_;
   std::unique_ptr<Radio> radio_;
+  std::optional<PoseStreams> pose_streams_;
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<Capture> capture_;
   std::unique_ptr<Snapshots> snapshots_;
-  std::unique_ptr<Pipeline> pipeline_;  // takes from the capture's queue, so it goes first
+  std::unique_ptr<OutputActions> output_actions_;  // uses the recorder and the snapshots
+  std::unique_ptr<Pipeline> pipeline_;             // takes from the capture's queue, so it goes first
   Standing standing_;
   MapAgreement map_agreement_;
   Instant finished_at_{}, agreed_at_{}, stuck_at_{}, status_at_{}, said_at_{};

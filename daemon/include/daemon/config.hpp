@@ -68,6 +68,7 @@ struct Config {
   std::string control_metrics;  // ADDR:PORT of loopback, HTTP; empty: none
   RecordConfig record;
   SnapshotsConfig snapshots;
+  std::string poses_socket;  // path of pose_streams; empty: none
 
   bool alone() const { return listen.empty() && peers.empty() && group.empty(); }
 };

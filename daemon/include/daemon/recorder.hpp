@@ -54,6 +54,7 @@ class Recorder {
   Status start(const std::string& folder);
   // What was offered is written before it returns. Nothing happens when none is running. The view of what was stopped.
   RecorderView stop();
+  bool wants_poses() const { return recording_ && config_.mcap; }
   void offer(const hal::FrameView& frame);  // the camera's thread
   // Any thread; never waits. Where the camera was, for recording.mcap; what comes between two frames that are written
   // is kept up to kPoses, and of more the oldest goes.
@@ -93,7 +94,8 @@ class Recorder {
   mutable std::mutex mutex_;          // of session_ and view_
   std::shared_ptr<Session> session_;  // running, or ended by itself
   RecorderView view_;                 // of the last one, but what the session counts
-  Failures failures_;                 // a recording that fails is no failure of the daemon
+  std::atomic<bool> recording_ = false;
+  Failures failures_;  // a recording that fails is no failure of the daemon
 };
 
 }  // namespace onemap::daemon

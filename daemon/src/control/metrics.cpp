@@ -52,6 +52,12 @@ void add_frames(const RobotFacts& f, PrometheusText& out) {
   out.sample({{"outcome", "dropped"}}, count(f.capture.dropped));
   out.sample({{"outcome", "processed"}}, count(f.status.frames));
   out.sample({{"outcome", "placed"}}, count(f.status.tracked));
+  out.family("onemap_frames_faulty_total", Type::counter, "Frames that no camera should deliver, by what is wrong.");
+  out.sample({{"fault", "frozen"}}, count(f.capture.frozen));
+  out.sample({{"fault", "black"}}, count(f.capture.black));
+  out.sample({{"fault", "saturated"}}, count(f.capture.saturated));
+  out.sample({{"fault", "no_depth"}}, count(f.capture.no_depth));
+  out.sample({{"fault", "time_back"}}, count(f.capture.time_back));
   out.family("onemap_frames_not_placed_total", Type::counter, "Frames that could not be placed, by the first reason.");
   for (std::size_t i = 1; i < f.pipeline.not_placed.size(); ++i)
     out.sample({{"reason", label(mapping::to_string(static_cast<mapping::TrackReason>(i)))}},
@@ -175,6 +181,18 @@ void add_refusals(const RobotFacts& f, PrometheusText& out) {
   for (const auto& [reason, times] : f.status.refused) out.sample({{"reason", reason}}, count(times));
 }
 
+void add_outputs(const RobotFacts& f, PrometheusText& out) {
+  out.one("onemap_recording", Type::gauge, "1 while the camera is recorded.", f.recorder.recording ? 1 : 0);
+  out.one("onemap_recording_frames", Type::gauge, "Frames in this recording, or in the last one.",
+          count(f.recorder.frames));
+  out.one("onemap_recording_frames_dropped", Type::gauge, "Frames that came faster than the disk takes them.",
+          count(f.recorder.dropped));
+  out.family("onemap_snapshots_total", Type::counter, "Snapshots by what became of them.");
+  out.sample({{"outcome", "made"}}, count(f.snapshots.made));
+  out.sample({{"outcome", "failed"}}, count(f.snapshots.failed));
+  out.sample({{"outcome", "left_out"}}, count(f.snapshots.coalesced));
+}
+
 void add_control(const RobotFacts& f, PrometheusText& out) {
   out.one("onemap_control_clients", Type::gauge, "Clients of the control socket now.", count(f.control_clients));
   out.one("onemap_control_clients_total", Type::counter, "Clients that ever came.", count(f.control.accepted));
@@ -190,7 +208,7 @@ void add_control(const RobotFacts& f, PrometheusText& out) {
 std::string metrics_text(const RobotFacts& facts) {
   PrometheusText out;
   for (const auto add : {add_robot, add_frames, add_tracking, add_map, add_links, add_peers, add_network, add_records,
-                         add_refusals, add_control})
+                         add_refusals, add_outputs, add_control})
     add(facts, out);
   return out.take();
 }

@@ -7,6 +7,8 @@
 #include "daemon/link_tally.hpp"
 #include "daemon/pipeline.hpp"
 #include "daemon/radio.hpp"
+#include "daemon/recorder.hpp"
+#include "daemon/snapshots.hpp"
 #include "daemon/status.hpp"
 #include "daemon/team.hpp"
 
@@ -40,6 +42,8 @@ struct RobotFacts {
   TeamView team;
   LinkTally links;
   RadioView radio;
+  RecorderView recorder;
+  SnapshotsView snapshots;
   ControlCounters control;
   std::size_t control_clients = 0;
   PlaceFacts place;
