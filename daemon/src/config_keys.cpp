@@ -316,12 +316,12 @@ void add_map(std::vector<ConfigKey>& keys) {
   keys.push_back(megabytes(
       {"map", "global_budget_mb", "MB for the team's map; full: blocks are refused and counted"}, kBudget,
       [](auto& c) -> auto& { return c.global_budget_bytes; }));
-  keys.push_back(live(number(
+  keys.push_back(number(
       {"map", "plan_cell_m", "side of a square of the floor plan (map.pgm) in metres"}, kPlanCell_m,
-      [](auto& c) -> auto& { return c.plan.space.cell_m; })));
-  keys.push_back(live(megabytes(
+      [](auto& c) -> auto& { return c.plan.space.cell_m; }));
+  keys.push_back(megabytes(
       {"map", "plan_budget_mb", "MB for the free space under the floor plan; full: votes are refused and counted"},
-      kBudget, [](auto& c) -> auto& { return c.plan.space.budget_bytes; })));
+      kBudget, [](auto& c) -> auto& { return c.plan.space.budget_bytes; }));
 }
 
 void add_control(std::vector<ConfigKey>& keys) {
@@ -371,27 +371,27 @@ void add_record(std::vector<ConfigKey>& keys) {
 }
 
 void add_snapshots(std::vector<ConfigKey>& keys) {
-  keys.push_back(number(
+  keys.push_back(live(number(
       {"snapshots", "every_s", "seconds from one snapshot of the maps to the next, in OUT/snapshots; 0: not by time"},
-      kSeconds, [](auto& c) -> auto& { return c.snapshots.every_s; }));
-  keys.push_back(yes_or_no(
+      kSeconds, [](auto& c) -> auto& { return c.snapshots.every_s; })));
+  keys.push_back(live(yes_or_no(
       {"snapshots", "on_change", "a snapshot when the map has changed, at most every 10 seconds"},
-      [](auto& c) -> auto& { return c.snapshots.on_change; }));
+      [](auto& c) -> auto& { return c.snapshots.on_change; })));
   keys.push_back(number<std::size_t>(
       {"snapshots", "keep", "snapshots kept; the oldest go"}, {1, 1'000'000},
       [](auto& c) -> auto& { return c.snapshots.keep; }));
   keys.push_back(megabytes(
       {"snapshots", "disk_limit_mb", "MB of all snapshots together; the oldest go"}, {std::size_t{1} << 20, kDisk.most},
       [](auto& c) -> auto& { return c.snapshots.disk_limit_bytes; }));
-  keys.push_back(some_of(
+  keys.push_back(live(some_of(
       {"snapshots", "views", "where the pictures of a snapshot look from"}, {"fit", "top", "follow", "plan", "front"},
-      [](auto& c) -> auto& { return c.snapshots.views; }));
-  keys.push_back(some_of(
+      [](auto& c) -> auto& { return c.snapshots.views; })));
+  keys.push_back(live(some_of(
       {"snapshots", "kinds", "what a snapshot holds; plan: map.pgm and map.yaml, in OUT, too"}, {"png", "glb", "plan"},
-      [](auto& c) -> auto& { return c.snapshots.kinds; }));
-  keys.push_back(some_of(
+      [](auto& c) -> auto& { return c.snapshots.kinds; })));
+  keys.push_back(live(some_of(
       {"snapshots", "maps", "of which maps: the team's, and this robot's own"}, {"global", "local"},
-      [](auto& c) -> auto& { return c.snapshots.maps; }));
+      [](auto& c) -> auto& { return c.snapshots.maps; })));
 }
 
 void add_poses(std::vector<ConfigKey>& keys) {

@@ -47,8 +47,11 @@ TEST(Reload, EveryLiveKeyIsTakenOver) {
   loaded.quick_stop = true;
   loaded.linger_s = 1;
   loaded.peer_wait_s = 2;
-  loaded.plan.space.cell_m = 0.1;
-  loaded.plan.space.budget_bytes = 9u << 20;
+  loaded.snapshots.every_s = 7;
+  loaded.snapshots.on_change = true;
+  loaded.snapshots.views = {"top"};
+  loaded.snapshots.kinds = {"png"};
+  loaded.snapshots.maps = {"local"};
   const ReloadPlan plan = plan_reload(running, loaded);
   apply_reload(plan, loaded, running);
   for (const ConfigKey& key : config_keys()) {
