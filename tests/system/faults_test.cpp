@@ -201,8 +201,8 @@ TEST(Disk, AStateThatCannotBeReadIsSetAside) {
   folder.write("robot/life", "\x01\x02 not a number");
   Robot robot(folder, "robot", "simulated:living-room?seed=3&frames=30", {"--once", "--speed", "max"});
   EXPECT_EQ(robot.ends(), 0) << robot.log();
-  EXPECT_THAT(robot.log(), HasSubstr("set aside as " + (robot.out() / "life.bad").string()));
-  EXPECT_EQ(test::text_of(robot.out() / "life.bad"), "\x01\x02 not a number");
+  EXPECT_THAT(robot.log(), HasSubstr("set aside as " + (robot.out() / "life.corrupt-1").string()));
+  EXPECT_EQ(test::text_of(robot.out() / "life.corrupt-1"), "\x01\x02 not a number");
 }
 
 TEST(Network, NoneAtAllIsWaitedForAndTheRobotMaps) {
