@@ -67,7 +67,7 @@ Result<Json> watch(const Request& request) {
 }
 }  // namespace
 
-std::vector<Command> control_commands(std::function<RobotFacts()> facts, const ControlActions& actions) {
+std::vector<Command> control_commands(const std::function<RobotFacts()>& facts, const ControlActions& actions) {
   return {
       {"STATUS", Effect::reads, {}, "what the robot is doing", from(facts, status_json)},
       {"PEERS", Effect::reads, {}, "whom it hears, and who holds which map", from(facts, peers_json)},

@@ -25,7 +25,7 @@ Result<RulingRecord> decode_ruling(std::span<const std::uint8_t> body) {
   out.apart = apart == 1;
   out.turn = in.get<std::uint32_t>("turn");
   in.require(out.turn >= 1 && out.turn <= kMostTurns, "turn", "not from 1 to 2^31");
-  return in.finish(std::move(out));
+  return in.finish(out);
 }
 
 }  // namespace onemap::mapping

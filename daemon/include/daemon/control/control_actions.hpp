@@ -15,7 +15,7 @@ struct ControlActions {
 // The one table of what can be asked; to add something is a line here, a sentence in onemap-control.7, and a subcommand
 // of onemapctl.
 struct RobotFacts;
-std::vector<Command> control_commands(std::function<RobotFacts()> facts, const ControlActions& actions);
+std::vector<Command> control_commands(const std::function<RobotFacts()>& facts, const ControlActions& actions);
 
 // What WATCH can give.
 inline constexpr std::string_view kWatchable[] = {"POSE", "EVENT", "PEERS", "STATUS"};

@@ -36,7 +36,7 @@ struct JoinConfig {
   double ring_chi2 = 38.3;
   // What one pair of anchors may contribute, the best by inliers: more of the same view say nothing new. Enough for
   // robots at one desk, whose every frame hangs on one anchor.
-  std::uint32_t links_per_anchor_pair = 16;
+  std::uint32_t links_per_anchor_pair = 24;
   // Links of a pair of chains that are compared with each other (quadratic); the best by inliers.
   std::size_t links_compared = 400;
   // Steps of the exact search for the largest group; then the best so far counts. The heuristic is rarely worse.
