@@ -64,7 +64,10 @@ TEST_F(SystemService, AQuickStopKeepsTheMapAndDrawsNothing) {
       "--config", "/dev/null", "--id", "anna", "--quick-stop", "--camera", "simulated:office?frames=1000000"};
   ChildProcess robot = test::start("onemapd", arguments, folder_ / "log");
   await("READY=1");
-  while (await("STATUS=").find("robots in the map") == std::string::npos && !HasFailure()) {
+  const auto has_map = [](const std::string& status) {  // one with something in it
+    return status.find("robots in the map") != std::string::npos && status.find(" 0 keyframes") == std::string::npos;
+  };
+  while (!has_map(await("STATUS=")) && !HasFailure()) {
   }
   robot.terminate();
   ASSERT_TRUE(robot.wait(kPatience * 60s));
