@@ -145,20 +145,6 @@ ConfigKey yes_or_no(About about, Field field) {
           "true or false", set,        [field](const Config& config) { return field(config); }};
 }
 
-Status set_once(const ConfigValue& value, Config& config) {
-  const auto* once = std::get_if<bool>(&value);
-  if (!once) return Error{"", "expected true or false"};
-  config.once = *once;
-  return success();
-}
-
-Status set_quick_stop(const ConfigValue& value, Config& config) {
-  const auto* quick = std::get_if<bool>(&value);
-  if (!quick) return Error{"", "expected true or false"};
-  config.quick_stop = *quick;
-  return success();
-}
-
 Status set_speed(const ConfigValue& value, Config& config) {
   const auto* word = std::get_if<std::string>(&value);
   const bool is_number = std::holds_alternative<std::int64_t>(value) || std::holds_alternative<double>(value);
@@ -232,12 +218,13 @@ void add_network(std::vector<ConfigKey>& keys) {
 }
 
 void add_run(std::vector<ConfigKey>& keys) {
-  keys.push_back({"run", "once", "finish when the camera's stream is over and the team agrees", "true or false",
-                  set_once, [](const Config& config) { return config.once; }});
-  keys.push_back(
-      live({"run", "quick_stop",
-            "asked to stop, end within two seconds: trajectories and the map, but no pictures, models and plan",
-            "true or false", set_quick_stop, [](const Config& config) { return config.quick_stop; }}));
+  keys.push_back(yes_or_no(
+      {"run", "once", "finish when the camera's stream is over and the team agrees"},
+      [](auto& c) -> auto& { return c.once; }));
+  keys.push_back(live(yes_or_no(
+      {"run", "quick_stop",
+       "asked to stop, end within two seconds: trajectories and the map, but no pictures, models and plan"},
+      [](auto& c) -> auto& { return c.quick_stop; })));
   keys.push_back({"run", "speed", "pace of a recording: a factor, or \"max\": every frame, as fast as it goes",
                   "0.01 to 1000, or \"max\"", set_speed, get_speed});
   keys.push_back(live(number(

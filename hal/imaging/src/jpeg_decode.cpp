@@ -1,9 +1,6 @@
 #include "jpeg_decode.hpp"
 
-#include <csetjmp>
-#include <cstdio>
-
-#include <jpeglib.h>
+#include "jpeg_state.hpp"
 
 #include <jerror.h>
 
@@ -11,23 +8,10 @@ namespace onemap::hal::imaging {
 
 namespace {
 
-// libjpeg hands its callbacks the first member. Plain data: a longjmp passes over it.
-struct JpegState {
-  jpeg_error_mgr manager;
-  std::jmp_buf jump;
-  char reason[JMSG_LENGTH_MAX];
-};
-
-[[noreturn]] void on_error(j_common_ptr jpeg) {
-  auto* state = reinterpret_cast<JpegState*>(jpeg->err);
-  jpeg->err->format_message(jpeg, state->reason);
-  std::longjmp(state->jump, 1);
-}
-
 // libjpeg only warns of damaged data and paints the rest grey; a map must not contain what was made up. Stray bytes
 // between segments harm nothing.
 void on_message(j_common_ptr jpeg, int level) {
-  if (level < 0 && jpeg->err->msg_code != JWRN_EXTRANEOUS_DATA) on_error(jpeg);
+  if (level < 0 && jpeg->err->msg_code != JWRN_EXTRANEOUS_DATA) on_jpeg_error(jpeg);
 }
 
 // Everything that may longjmp, called behind setjmp; no object here has a destructor.
@@ -63,7 +47,7 @@ Result<ImageSize> decode_jpeg(std::span<const std::uint8_t> file, JpegWanted wan
   jpeg_decompress_struct jpeg{};
   ImageSize size;
   jpeg.err = jpeg_std_error(&state.manager);
-  state.manager.error_exit = on_error;
+  state.manager.error_exit = on_jpeg_error;
   state.manager.emit_message = on_message;
   const bool failed = setjmp(state.jump) != 0;
   if (!failed) {

@@ -1,27 +1,12 @@
-#include <csetjmp>
-#include <cstdio>
 #include <cstdlib>
 
-#include <jpeglib.h>
+#include "jpeg_state.hpp"
 
 #include "hal/imaging/encode_image.hpp"
 
 namespace onemap::hal::imaging {
 
 namespace {
-
-// libjpeg hands its callbacks the first member. Plain data: a longjmp passes over it.
-struct JpegState {
-  jpeg_error_mgr manager;
-  std::jmp_buf jump;
-  char reason[JMSG_LENGTH_MAX];
-};
-
-[[noreturn]] void on_error(j_common_ptr jpeg) {
-  auto* state = reinterpret_cast<JpegState*>(jpeg->err);
-  jpeg->err->format_message(jpeg, state->reason);
-  std::longjmp(state->jump, 1);
-}
 
 void on_message(j_common_ptr, int) {}
 
@@ -65,7 +50,7 @@ Status encode_jpeg(ImageSize size, std::span<const std::uint8_t> rgb, int qualit
   JpegState state{};
   jpeg_compress_struct jpeg{};
   jpeg.err = jpeg_std_error(&state.manager);
-  state.manager.error_exit = on_error;
+  state.manager.error_exit = on_jpeg_error;
   state.manager.emit_message = on_message;
   Output output{nullptr, 0};
   const bool ok = encode(jpeg, state, size, rgb.data(), quality, output);
