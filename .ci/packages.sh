@@ -5,7 +5,7 @@ build_packages=(
   g++ cmake ninja-build pkg-config ca-certificates
   libeigen3-dev libopencv-features2d-dev libglm-dev libtinygltf-dev nlohmann-json3-dev
   libegl-dev libgles-dev libegl1 libgles2 libgl1-mesa-dri libpng-dev libjpeg62-turbo-dev
-  libzstd-dev libxxhash-dev libtomlplusplus-dev libfmt-dev libcli11-dev libgtest-dev libgmock-dev
+  libzstd-dev libxxhash-dev libsodium-dev libtomlplusplus-dev libfmt-dev libcli11-dev libgtest-dev libgmock-dev
   libopenni2-dev libfreenect-dev libusb-1.0-0-dev
 )
 check_packages=(clang-format clang-tidy python3-minimal python3-numpy umockdev libumockdev-dev)
