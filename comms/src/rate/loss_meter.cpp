@@ -48,18 +48,25 @@ LossMeter::Tally LossMeter::last(std::size_t blocks) const {
 
 double LossMeter::recent() const { return last(kBlocks).loss(); }
 
+// What chance brings is no excess.
+double LossMeter::limit(std::uint64_t datagrams) const {
+  const double n = static_cast<double>(datagrams);
+  return kTolerated + kDeviations * std::sqrt(*own_ * (1.0 - *own_) / n + 0.25 / (n * n));
+}
+
 double LossMeter::excess() const {
   const Tally tally = last(kBlocks);
   if (!own_ || tally.sent < kEnough) return 0.0;
-  const double n = static_cast<double>(tally.sent);
-  const double limit = kTolerated + kDeviations * std::sqrt(*own_ * (1.0 - *own_) / n + 0.25 / (n * n));
-  return std::max(0.0, tally.loss() - *own_) / limit;
+  return std::max(0.0, tally.loss() - *own_) / limit(tally.sent);
 }
 
-// Little was sent while it drained, so one drain alone says little.
+// Little is sent while it drains, so a drain moves what is known only half the way, unless it saw enough.
 void LossMeter::end_drain() {
-  if (!drain_) return;
-  if (drain_->sent >= kEnough) own_ = own_ ? *own_ + 0.5 * (drain_->loss() - *own_) : drain_->loss();
+  if (drain_ && drain_->sent >= kEnough) {
+    const double loss = drain_->loss();
+    const bool another = !own_ || (drain_tells() && std::abs(loss - *own_) > limit(drain_->sent));
+    own_ = another ? loss : *own_ + 0.5 * (loss - *own_);
+  }
   drain_.reset();
 }
 

@@ -18,6 +18,7 @@ class LossMeter {
   // Loss beyond the link's own, as a share of what is taken for a sign of congestion: 1 and more is too much.
   double excess() const;
   void begin_drain() { drain_ = Tally{}; }
+  bool drain_tells() const { return drain_ && drain_->sent >= kTelling; }  // enough to believe another loss at once
   void end_drain();
   bool breaks() const { return breaks_; }  // more than half was lost in the last whole second
   void begin_again() { *this = {}; }
@@ -28,7 +29,8 @@ class LossMeter {
     double loss() const;
   };
   static constexpr std::size_t kBlocks = 4;
-  static constexpr std::uint64_t kBlock = 50;  // datagrams
+  static constexpr std::uint64_t kBlock = 50, kTelling = 60;  // datagrams
+  double limit(std::uint64_t datagrams) const;
   Tally last(std::size_t blocks) const;
   std::array<Tally, kBlocks> blocks_{};
   std::size_t at_ = 0;

@@ -31,8 +31,10 @@ void QueueDelay::begin_drain(Instant now) { drain_ = Drain{now, now, last_}; }
 bool QueueDelay::drained(Instant now) const {
   if (!drain_) return false;
   const bool empty = drains_ > 0 && last_ <= base_ + kShorter;
-  return empty || now - drain_->lowest_at >= kFlat || now - drain_->began >= kLongestDrain;
+  return empty || now - drain_->lowest_at >= kFlat || drains_too_long(now);
 }
+
+bool QueueDelay::drains_too_long(Instant now) const { return drain_ && now - drain_->began >= kLongestDrain; }
 
 // A way that became longer is believed after three drains: another sender may have filled the queue while we drained.
 void QueueDelay::end_drain(Instant now) {

@@ -24,6 +24,7 @@ class QueueDelay {
   bool draining() const { return drain_.has_value(); }
   // The queue does not become shorter any more, or it takes too long.
   bool drained(Instant now) const;
+  bool drains_too_long(Instant now) const;
   void end_drain(Instant now);
   void begin_again() { *this = {}; }  // another way, or nothing was sent for so long that the clocks may have drifted
 

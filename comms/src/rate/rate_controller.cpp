@@ -18,7 +18,8 @@ constexpr Duration kStartQueue = milliseconds(8);  // so much waits: the way is 
 constexpr double kFaster = 1.25;                   // less growth than this three times in a row: the way is full
 constexpr int kNoFaster = 6;                       // feedbacks, about three round trips
 constexpr Duration kDrainEvery = std::chrono::seconds(5);
-constexpr Duration kSoonest = std::chrono::seconds(1);  // a drain because of losses
+constexpr Duration kSoonest = milliseconds(500);    // a drain because of losses
+constexpr Duration kTogether = milliseconds(1000);  // a drain with somebody else
 constexpr Duration kStale = std::chrono::seconds(10);   // without feedback: clocks drift, ways change
 constexpr Duration kSilence = milliseconds(300), kProbe = milliseconds(100);
 constexpr Duration kTrain = milliseconds(2);
@@ -151,18 +152,31 @@ void RateController::steer(Instant now) {
   rate_ = std::clamp(rate, bounds_.least, bounds_.most);
 }
 
+// From time to time; soon when more is lost than before, to see whether that is the link's own; and when somebody else
+// seems to drain, because only together we see the way empty.
+bool RateController::drain_due(Instant now) {
+  if (!drained_) return true;
+  const double queue = to_seconds(delay_.queue());
+  const bool fell = full_ && queue < 0.5 * kTarget_s;
+  if (queue > 0.8 * kTarget_s) full_ = true;
+  if (queue < 0.5 * kTarget_s) full_ = false;
+  for_losses_ = loss_.excess() > 1.0 && now - *drained_ > kSoonest;
+  const Instant last = std::max(*drained_, delay_.last_empty());
+  return for_losses_ || now - last > kDrainEvery || (fell && now - last > kTogether);
+}
+
 void RateController::drain(Instant now) {
-  if (delay_.draining()) {
-    if (!delay_.drained(now)) return;
-    delay_.end_drain(now);
-    loss_.end_drain();
-    drained_ = now;
+  if (!delay_.draining()) {
+    if (!drain_due(now)) return;
+    delay_.begin_drain(now);
+    loss_.begin_drain();
     return;
   }
-  const bool losses = loss_.excess() > 1.0 && (!drained_ || now - *drained_ > kSoonest);
-  if (!losses && drained_ && now - std::max(*drained_, delay_.last_empty()) < kDrainEvery) return;
-  delay_.begin_drain(now);
-  loss_.begin_drain();
+  if (!delay_.drained(now) || (for_losses_ && !loss_.drain_tells() && !delay_.drains_too_long(now))) return;
+  delay_.end_drain(now);
+  loss_.end_drain();
+  drained_ = now;
+  for_losses_ = full_ = false;
 }
 
 }  // namespace onemap::comms

@@ -55,6 +55,7 @@ class RateController {
   void start_up(double delivery, bool limited);
   void steer(Instant now);
   void drain(Instant now);
+  bool drain_due(Instant now);
 
   RateBounds bounds_;
   double rate_, capacity_;
@@ -77,6 +78,8 @@ class RateController {
   Duration round_trip_{};
   Instant breaks_at_{};
   std::optional<Instant> drained_;
+  bool for_losses_ = false;  // this drain, or the next
+  bool full_ = false;        // the queue was, since the last drain
 };
 
 }  // namespace onemap::comms
