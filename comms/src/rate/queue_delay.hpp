@@ -32,6 +32,7 @@ class QueueDelay {
   struct Drain {
     Instant began{}, lowest_at{};
     Duration lowest{};
+    int no_shorter = 0;  // samples since then
   };
   Duration base_{}, last_{}, before_{};
   std::uint64_t samples_ = 0, drains_ = 0;
