@@ -130,6 +130,7 @@ class TeamMap {
   void fused();
   void tell_fused(bool final);
   void note_end(const Agreement& team, Instant now);
+  void note_links();
   void note_gone(const Agreement& team);
   void update_view(const Agreement& team);
 
@@ -154,6 +155,7 @@ class TeamMap {
   Instant now_{};                                            // of this step
   Work worked_ = Work::none;                                 // the last step
   bool over_ = false;                                        // as last looked
+  bool linked_once_ = false;                                 // two chains were joined by a link
   Instant over_at_{}, fused_at_{};
   bool fused_anew_ = false;  // since the last observe()
   std::optional<std::uint64_t> told_settled_;
