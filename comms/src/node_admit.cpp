@@ -124,6 +124,7 @@ Peer* Node::Impl::room_for(const Endpoint& endpoint) {
   }
   Peer& peer = peers[endpoint];
   peer.endpoint = endpoint;
+  peer.rate = RateController(rate_bounds(config));
   return &peer;
 }
 

@@ -32,6 +32,11 @@ void Node::Impl::receive(const Endpoint& from, std::span<const std::uint8_t> byt
   if (const Refusal late = peer->session.accept(header, arrival); late != Refusal::count) return refuse(late);
   peer->asks.is_there();
   if (!peer->who.alive) peer_up(*peer);
+  if (arrival.unicast) {
+    const auto data = std::ranges::count_if(
+        decoder.frames(), [](const wire::Frame& frame) { return std::holds_alternative<wire::Data>(frame); });
+    peer->arrivals.came(now, arrival.at, static_cast<std::uint32_t>(data), bytes.size());
+  }
   for (const wire::Frame& frame : decoder.frames()) {
     ++counters.frames_received[index_of(wire::type_of(frame))];
     on_frame(*peer, arrival, frame);
@@ -69,6 +74,7 @@ void Node::Impl::on_frame(Peer& peer, const Session::Arrival& arrival, const wir
     void operator()(const wire::Data& f) const { node.on_data(peer, f); }
     void operator()(const wire::Ping& f) const { peer.pings.answer_due = f.token; }
     void operator()(const wire::Pong& f) const { node.on_pong(peer, f); }
+    void operator()(const wire::Feedback& f) const { node.on_feedback(peer, f); }
     void operator()(const wire::LaterLife& f) const { node.on_later_life(f); }
   };
   std::visit(Visitor{*this, peer, arrival}, frame);
@@ -161,6 +167,8 @@ void Node::Impl::on_data(Peer& peer, const wire::Data& data) {
 void Node::Impl::on_pong(Peer& peer, const wire::Pong& pong) {
   if (const auto time = peer.pings.answered(now, pong.token)) peer.round_trip.sample(*time);
 }
+
+void Node::Impl::on_feedback(Peer& peer, const wire::Feedback& feedback) { peer.rate.feedback(now, feedback); }
 
 void Node::Impl::on_later_life(const wire::LaterLife& later) {
   if (later.robot != config.self) return refuse(Refusal::wrong_receiver);
