@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "node_impl.hpp"
+#include "session/sealed_wire.hpp"
 
 namespace onemap::comms {
 
@@ -44,12 +45,16 @@ wire::Header Node::Impl::header_for(Peer& peer) {
   return peer.session.next_header(config.incarnation, peer.who.incarnation);
 }
 
-void Node::Impl::sent(OutgoingDatagram& datagram, const Endpoint& to, std::size_t size) {
+// How many bytes will be on the wire.
+std::size_t Node::Impl::sent(OutgoingDatagram& datagram, const Endpoint& to, std::size_t size) {
   datagram.to = to;
   datagram.size = size;
+  const bool group = config.group == to;
+  if (config.sealed) size += (group ? sealed::kGroupOverheadBytes : sealed::kOverheadBytes) - wire::kHeaderBytes;
   ++counters.datagrams_sent;
   counters.bytes_sent += size;
   pacer.sent(now, size);
+  return size;
 }
 
 void Node::Impl::put_beacon(wire::Encoder& out) {
@@ -121,8 +126,7 @@ void Node::Impl::build_candidate(Peer& peer, OutgoingDatagram& datagram) {
     put_beacon(out);
   }
   candidate.beacon_due = false;
-  peer.bytes_out += out.size();
-  sent(datagram, peer.endpoint, out.size());
+  peer.bytes_out += sent(datagram, peer.endpoint, out.size());
 }
 
 void Node::Impl::build_control(Peer& peer, OutgoingDatagram& datagram) {
@@ -146,8 +150,7 @@ void Node::Impl::build_control(Peer& peer, OutgoingDatagram& datagram) {
     if (beacon)
       put_status(out, std::exchange(box.status_echo_due, false) ? RobotId{} : peer.who.robot, box.status_cursor);
   }
-  peer.bytes_out += out.size();
-  sent(datagram, peer.endpoint, out.size());
+  peer.bytes_out += sent(datagram, peer.endpoint, out.size());
 }
 
 void Node::Impl::put_round_trip(wire::Encoder& out, Peer& peer) {
@@ -177,8 +180,7 @@ bool Node::Impl::build_data(OutgoingDatagram& datagram) {
           peer.serve.pop(lane);
         }
       }
-      peer.bytes_out += out.size();
-      sent(datagram, peer.endpoint, out.size());
+      peer.bytes_out += sent(datagram, peer.endpoint, out.size());
       return true;
     }
   }

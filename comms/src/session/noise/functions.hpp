@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <initializer_list>
 
-#include "session/bytes.hpp"
+#include "comms/secret.hpp"
 
 // The functions of the suite 25519_ChaChaPoly_BLAKE2b (The Noise Protocol Framework, revision 34, section 12), by
 // libsodium; HMAC and HKDF (RFC 2104, RFC 5869) over BLAKE2b are ours, because libsodium has them for SHA-2 only.

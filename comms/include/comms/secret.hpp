@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-// Shapes that keys and their like have, and what is done to their bytes.
+// Shapes that keys have, and what is done to their bytes.
 namespace onemap::comms {
 
 using Bytes = std::span<const std::uint8_t>;
@@ -23,5 +23,6 @@ struct Secret32 {
   ~Secret32() { wipe(bytes); }
   bool operator==(const Secret32& other) const { return equal_in_constant_time(bytes, other.bytes); }
 };
+using TeamKey = Secret32;  // what every robot of a team knows, and nobody else
 
 }  // namespace onemap::comms

@@ -1,4 +1,4 @@
-#include "session/bytes.hpp"
+#include "comms/secret.hpp"
 
 #include <sodium.h>
 
