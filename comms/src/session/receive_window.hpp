@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "session/loss_meter.hpp"
+#include "session/counter_loss.hpp"
 
 namespace onemap::comms {
 
@@ -28,7 +28,7 @@ class ReceiveWindow {
   void advance(std::uint64_t at);
   std::bitset<kWindow> seen_;
   std::uint64_t highest_ = 0;  // 0: nothing was seen yet
-  LossMeter meter_;
+  CounterLoss meter_;
   std::optional<std::uint64_t> elsewhere_;  // the last one that was far from all others
 };
 

@@ -2,7 +2,7 @@
 #include <bitset>
 #include <cstdint>
 
-#include "session/loss_meter.hpp"
+#include "session/counter_loss.hpp"
 
 namespace onemap::comms {
 
@@ -20,7 +20,7 @@ class ReplayWindow {
   std::bitset<kWindow> seen_;
   std::uint64_t highest_ = 0;
   bool any_ = false;
-  LossMeter meter_;
+  CounterLoss meter_;
 };
 
 }  // namespace onemap::comms

@@ -4,7 +4,7 @@
 namespace onemap::comms {
 
 // Which share of what a sender numbered did not come, smoothed over blocks of 64 numbers.
-class LossMeter {
+class CounterLoss {
  public:
   void begin(std::uint64_t at);      // the first number that came: what was sent before we listened is not lost
   void overtaken(std::uint64_t at);  // one that others came before

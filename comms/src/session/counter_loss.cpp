@@ -1,19 +1,19 @@
-#include "session/loss_meter.hpp"
+#include "session/counter_loss.hpp"
 
 #include <algorithm>
 
 namespace onemap::comms {
 
-void LossMeter::begin(std::uint64_t at) {
+void CounterLoss::begin(std::uint64_t at) {
   block_start_ = at - 1;
   received_in_block_ = 1;
 }
 
-void LossMeter::overtaken(std::uint64_t at) {
+void CounterLoss::overtaken(std::uint64_t at) {
   if (at > block_start_) ++received_in_block_;
 }
 
-void LossMeter::newest(std::uint64_t at) {
+void CounterLoss::newest(std::uint64_t at) {
   ++received_in_block_;
   if (at - block_start_ < kBlock) return;
   const auto expected = static_cast<double>(at - block_start_);
