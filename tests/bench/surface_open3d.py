@@ -4,6 +4,7 @@ Writes FOLDER/NAME.ply and FOLDER/NAME.ms (the median time of a frame) for its t
 and at the truncation of two voxels that its examples have. Exits with 77 where Open3D is not installed (python3-open3d).
 """
 import statistics
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -65,10 +66,17 @@ def block_grid(folder, name, truncation_voxels):
 
 
 def main():
-    folder = Path(sys.argv[1])
-    for voxels in (2, 3):
-        scalable(folder, f"scalable-{voxels}", voxels * VOXEL_M)
-        block_grid(folder, f"blockgrid-{voxels}", float(voxels))
+    if len(sys.argv) == 2:  # each volume in a process of its own: the block grid's extraction may end it
+        for which in ("scalable", "blockgrid"):
+            for voxels in ("2", "3"):
+                if subprocess.run([sys.executable, __file__, sys.argv[1], which, voxels], check=False).returncode != 0:
+                    print(f"{which}-{voxels} failed")
+        return
+    folder, which, voxels = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])
+    if which == "scalable":
+        scalable(folder, f"{which}-{voxels}", voxels * VOXEL_M)
+    else:
+        block_grid(folder, f"{which}-{voxels}", float(voxels))
 
 
 main()
