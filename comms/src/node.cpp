@@ -148,6 +148,7 @@ std::vector<NeighbourStatus> Node::neighbours() const {
     if (peer.who.incarnation == 0) continue;
     all.push_back({peer.who.robot, peer.who.incarnation, endpoint, peer.who.alive, peer.who.last_heard,
                    peer.session.loss(), peer.round_trip.smoothed(), peer.bytes_in, peer.bytes_out,
+                   peer.asks.outstanding() * wire::kFragmentBytes, peer.serve.queued_bytes(),
                    peer.frontier.claimed_digest(), peer.word.map_digest, peer.word.flags});
   }
   return all;

@@ -50,6 +50,8 @@ struct NeighbourStatus {
   double loss = 0.0;      // estimate of datagrams lost on the way from there to here, 0..1
   Duration round_trip{};  // smoothed; 0 when not measured yet
   std::uint64_t bytes_in = 0, bytes_out = 0;
+  // Of record bodies, in whole fragments: asked of it and not come yet; asked by it and not sent yet.
+  std::uint64_t asked_bytes = 0, queued_bytes = 0;
   std::uint64_t frontier_digest = 0, map_digest = 0;  // as it last said itself
   std::uint8_t flags = 0;
 };
