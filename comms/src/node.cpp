@@ -55,7 +55,8 @@ Refusal Node::Impl::judge(const LogId& log) const {
   if (!wire::is_life(log.incarnation)) return Refusal::bad_incarnation;
   if (log.robot == config.self && log.incarnation > config.incarnation) return Refusal::later_life;
   const Peer* author = living(log.robot);
-  if (author != nullptr && log.incarnation > author->who.incarnation) return Refusal::contradicts_author;
+  if (author != nullptr && !author->who.doubtful && log.incarnation > author->who.incarnation)
+    return Refusal::contradicts_author;
   if (held(log) > 0) return Refusal::count;
   if (store.frontier().size() >= config.max_logs) return Refusal::logs_full;
   if (!team.room_for(log.robot, author != nullptr)) return Refusal::robots_full;

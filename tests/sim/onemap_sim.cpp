@@ -20,12 +20,13 @@ constexpr std::string_view kHelp =
     "  --robots N   exactly so many robots, instead of 2 to 6\n"
     "  --long       longer, with more faults and records\n"
     "  --show       what happens in each\n"
+    "  --trace      every datagram of the least of what fails\n"
     "Exit status: 0 all is well, 1 a scenario failed, 2 wrong options.\n";
 
 struct Options {
   std::uint64_t seeds = 1000, from = 1;
   Size size;
-  bool show = false;
+  bool show = false, trace = false;
 };
 
 bool read(int argc, char** argv, Options& options) {
@@ -46,11 +47,15 @@ bool read(int argc, char** argv, Options& options) {
       options.size.most_faults = 20, options.size.writes_of_robot = 40;
     } else if (word == "--show")
       options.show = true;
+    else if (word == "--trace")
+      options.trace = true;
     else
       return false;
   }
   return true;
 }
+
+const Trace print_line = [](const std::string& line) { fmt::print("{}\n", line); };
 
 double part(std::vector<double>& values, double share) {
   if (values.empty()) return 0;
@@ -79,7 +84,8 @@ int main(int argc, char** argv) {
     ++failed;
     fmt::print("FAILED {}  {}\n", text_of(scenario), outcome.failure);
     const Scenario least = shrink(scenario);
-    fmt::print("the least of it that fails: {}  {}\n\n", text_of(least), run(least).failure);
+    fmt::print("the least of it that fails: {}  {}\n\n", text_of(least),
+               run(least, options.trace ? print_line : Trace{}).failure);
     std::fflush(stdout);
   }
   const double real = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

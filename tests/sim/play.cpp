@@ -109,10 +109,13 @@ void Play::divide(const Fault& fault, bool apart) {
 }
 
 void Play::power_off(const Fault& fault) {
-  if (off_[fault.robot]++ > 0) return;
-  net_.switch_off(fault.robot);
-  net_[fault.robot].disk->crash(random_);
-  if (fault.kind != Fault::Kind::crash) net_[fault.robot].disk->wipe();
+  if (off_[fault.robot]++ == 0) {
+    net_.switch_off(fault.robot);
+    net_[fault.robot].disk->crash(random_);
+  }
+  if (fault.kind == Fault::Kind::crash) return;
+  net_[fault.robot].disk->wipe();
+  watch_.wiped(fault.robot);
 }
 
 void Play::power_on(const Fault& fault) {
@@ -123,7 +126,7 @@ void Play::power_on(const Fault& fault) {
   life.number += fault.kind == Fault::Kind::forget_life ? std::uint64_t(0) - kLifeStep / 2 - 7 : kLifeStep;
   life.begun_after_others = 0;
   net_.switch_on(i, life.number);
-  watch_.came_back(i, scenario_.disks && fault.kind == Fault::Kind::crash && off_[i] == 0);
+  if (scenario_.disks) watch_.came_back(i);
 }
 
 void Play::outlive() {
@@ -169,6 +172,7 @@ void Play::faults() {
 
 // Links stay as lossy as they are; bits are not flipped any more, and nothing is clogged.
 void Play::peace() {
+  if (!failure_.empty()) return;
   net_.model() = scenario_.links;
   net_.model().flipped = 0;
   net_.model().burst_every = {};

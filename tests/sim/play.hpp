@@ -15,6 +15,7 @@ namespace onemap::comms::sim {
 class Play {
  public:
   explicit Play(const Scenario& scenario);
+  void tell(const Trace& trace);
   void faults();
   void peace();
   Outcome outcome();

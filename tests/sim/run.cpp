@@ -6,8 +6,9 @@
 
 namespace onemap::comms::sim {
 
-Outcome run(const Scenario& scenario) {
+Outcome run(const Scenario& scenario, const Trace& trace) {
   Play play(scenario);
+  if (trace) play.tell(trace);
   play.faults();
   play.peace();
   return play.outcome();

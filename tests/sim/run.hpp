@@ -1,6 +1,6 @@
 #pragma once
 #include <cstdint>
-#include <optional>
+#include <functional>
 #include <string>
 
 #include "sim/scenario.hpp"
@@ -19,7 +19,9 @@ struct Outcome {
 
 // Plays it: first with all faults, and invariants only (safety); then everything is well, and all honest robots have to
 // hold the same records within 1.5 times the bound and 2 seconds (liveness).
-Outcome run(const Scenario& scenario);
+// `trace` hears of each datagram that arrives, in words.
+using Trace = std::function<void(const std::string& line)>;
+Outcome run(const Scenario& scenario, const Trace& trace = {});
 
 // The least of it that still fails, by leaving out faults, writes and properties of the links one after another. The
 // scenario must fail.

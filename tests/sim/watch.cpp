@@ -31,17 +31,20 @@ void Watch::broke(std::size_t robot, const std::string& what) {
   what_ = fmt::format("{:.6f} s, robot{}: {}", to_seconds(net_.now().time_since_epoch()), robot, what);
 }
 
-void Watch::began(std::size_t robot) { seen(robot) = {}; }
+void Watch::began(std::size_t robot) {
+  const std::uint64_t wiped_below = seen(robot).wiped_below;
+  robots_[robot] = {};
+  robots_[robot].wiped_below = wiped_below;
+}
 
-void Watch::came_back(std::size_t robot, bool with_its_disk) {
-  if (!with_its_disk) return;
+void Watch::came_back(std::size_t robot) {
   const VersionVector& here = net_[robot].store->frontier();
-  for (auto at = written_.begin(); at != written_.end(); ++at) {
-    if (at->first.log.robot != net_[robot].config.self) continue;
-    const auto log = here.find(at->first.log);
+  for (const auto& [id, hash] : written_) {
+    if (id.log.robot != net_[robot].config.self || id.log.incarnation < seen(robot).wiped_below) continue;
+    const auto log = here.find(id.log);
     ++looks_;
-    if (log == here.end() || log->second <= at->first.seq)
-      return broke(robot, fmt::format("its own record {} was said to be kept and is not on its disk", text(at->first)));
+    if (log == here.end() || log->second <= id.seq)
+      return broke(robot, fmt::format("its own record {} was said to be kept and is not on its disk", text(id)));
   }
 }
 

@@ -25,8 +25,9 @@ class Watch final : public Witness {
   const std::string& what() const { return what_; }
   std::uint64_t looks() const { return looks_; }
   std::uint64_t set_hash(std::size_t robot) const { return robots_[robot].set_hash; }
-  // What this robot wrote and told the writer of is on its disk again.
-  void came_back(std::size_t robot, bool with_its_disk);
+  // Its power came back: what it wrote, and said was kept, is on its disk.
+  void came_back(std::size_t robot);
+  void wiped(std::size_t robot) { seen(robot).wiped_below = net_[robot].config.incarnation + 1; }
 
   void sent(std::size_t from, const OutgoingDatagram& datagram) override;
   void arrives(std::size_t to, const Endpoint& from, std::span<const std::uint8_t> bytes) override;
@@ -47,6 +48,7 @@ class Watch final : public Witness {
     std::uint32_t asked = 0, sent = 0;
   };
   struct Seen {
+    std::uint64_t wiped_below = 0;  // lives whose records may be gone
     VersionVector frontier;
     std::uint64_t digest = 0;
     std::map<LogId, std::uint32_t> next;  // record to be applied
