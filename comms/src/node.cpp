@@ -63,7 +63,8 @@ Refusal Node::Impl::judge(const LogId& log) const {
   if (!wire::is_life(log.incarnation)) return Refusal::bad_incarnation;
   if (log.robot == config.self && log.incarnation > config.incarnation) return Refusal::later_life;
   const Peer* author = living(log.robot);
-  if (author != nullptr && log.incarnation > author->who.incarnation) return Refusal::contradicts_author;
+  if (author != nullptr && !author->who.doubtful && log.incarnation > author->who.incarnation)
+    return Refusal::contradicts_author;
   if (held(log) > 0) return Refusal::count;
   if (store.frontier().size() >= config.max_logs) return Refusal::logs_full;
   if (!team.room_for(log.robot, author != nullptr)) return Refusal::robots_full;
@@ -168,8 +169,9 @@ std::vector<NeighbourStatus> Node::neighbours() const {
     if (peer.who.incarnation == 0) continue;
     all.push_back({peer.who.robot, peer.who.incarnation, endpoint, peer.who.alive, peer.who.last_heard,
                    peer.session.loss(), peer.round_trip.smoothed(), peer.bytes_in, peer.bytes_out,
-                   peer.rate.bytes_per_second(), peer.rate.queue(), peer.rate.loss(), peer.frontier.claimed_digest(),
-                   peer.word.map_digest, peer.word.flags});
+                   peer.rate.bytes_per_second(), peer.rate.queue(), peer.rate.loss(),
+                   peer.asks.outstanding() * wire::kFragmentBytes, peer.serve.queued_bytes(),
+                   peer.frontier.claimed_digest(), peer.word.map_digest, peer.word.flags});
   }
   return all;
 }

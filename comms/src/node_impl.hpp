@@ -62,6 +62,7 @@ struct Node::Impl {
   void on_have(Peer& peer, const Session::Arrival& arrival, const wire::Have& have);
   void on_have(Peer& peer, const wire::HaveEntry& entry);
   void tell_author(const LogId& log);
+  void judge_again();
   void on_have_request(Peer& peer);
   void on_want(Peer& peer, const wire::Want& want);
   void on_data(Peer& peer, const wire::Data& data);

@@ -41,6 +41,8 @@ Peer* Node::Impl::speaker(const Endpoint& from, std::size_t bytes) {
 
 void Node::Impl::hear(Peer& peer, const Session::Arrival& arrival, std::size_t bytes) {
   peer.asks.is_there();
+  peer.who.asked_until.reset();
+  peer.who.doubtful = false;
   if (!peer.who.alive) peer_up(peer);
   if (arrival.unicast) {
     const auto data = std::ranges::count_if(
@@ -62,6 +64,8 @@ void Node::Impl::peer_up(Peer& peer) {
   // The author is here itself: what others told of later lives of it is not asked for any longer.
   fetcher.abandon(
       [&](const LogId& log) { return log.robot == peer.who.robot && log.incarnation > peer.who.incarnation; });
+  // And what they told of a life that it has begun now was refused until now.
+  judge_again();
   tell_all(peer);
   for (const auto& [log, count] : peer.frontier.logs())
     if (count > held(log) && judge(log) == Refusal::count) fetcher.offered(log);
@@ -141,10 +145,22 @@ void Node::Impl::on_have(Peer& peer, const wire::HaveEntry& entry) {
 }
 
 // Somebody believes in a later life of a neighbour of ours than the one in which it lives. It shall hear of that: when
-// it goes on after that number, all believe it again.
+// it goes on after that number, all believe it again. Or it went away and lives on elsewhere: then it does not answer.
 void Node::Impl::tell_author(const LogId& log) {
+  constexpr auto kPatience = std::chrono::milliseconds(600);
+  for (auto& [endpoint, peer] : peers) {
+    if (!peer.who.alive || peer.who.robot != log.robot) continue;
+    peer.outbox.tell_later_life(now, log.incarnation);
+    if (peer.who.asked_until) continue;
+    peer.who.asked_until = now + kPatience;
+    peer.pings.due = true;
+  }
+}
+
+// Whether an author lives here has changed, and with it what is believed of what others tell.
+void Node::Impl::judge_again() {
   for (auto& [endpoint, peer] : peers)
-    if (peer.who.alive && peer.who.robot == log.robot) peer.outbox.tell_later_life(now, log.incarnation);
+    if (peer.who.alive) peer.frontier.judge_again(now);
 }
 
 void Node::Impl::on_have_request(Peer& peer) {

@@ -58,6 +58,8 @@ struct NeighbourStatus {
   double rate = 0.0;                                  // bytes a second at which data may go there now
   Duration queue{};                                   // that data wait on the way there; 0 when not measured
   double loss_there = 0;                              // of datagrams on the way there, as it says itself, 0..1
+  // Of record bodies, in whole fragments: asked of it and not come yet; asked by it and not sent yet.
+  std::uint64_t asked_bytes = 0, queued_bytes = 0;
   std::uint64_t frontier_digest = 0, map_digest = 0;  // as it last said itself
   std::uint8_t flags = 0;
 };
