@@ -4,11 +4,14 @@
 #include <memory>
 #include <vector>
 
+#include "apply_queue.hpp"
 #include "comms/node.hpp"
 #include "comms/wire.hpp"
+#include "comms/wire/payload.hpp"
 #include "fetch/fetcher.hpp"
 #include "hal/base/splitmix.hpp"
 #include "hash_cache.hpp"
+#include "notary.hpp"
 #include "pacer.hpp"
 #include "peer/peer.hpp"
 #include "team_table.hpp"
@@ -52,6 +55,8 @@ struct Node::Impl {
   void on_have_request(Peer& peer);
   void on_want(Peer& peer, const wire::Want& want);
   void on_data(Peer& peer, const wire::Data& data);
+  void on_head(Peer& peer, const wire::Head& head);
+  void take_fetched();
   void on_pong(Peer& peer, const wire::Pong& pong);
   void on_later_life(const wire::LaterLife& later);
 
@@ -74,6 +79,7 @@ struct Node::Impl {
   void build_candidate(Peer& peer, OutgoingDatagram& datagram);
   void build_control(Peer& peer, OutgoingDatagram& datagram);
   bool build_data(OutgoingDatagram& datagram);
+  bool put_fragment(wire::Encoder& out, ServeQueue& queue, std::uint8_t lane);
   void put_beacon(wire::Encoder& out);
   void put_status(wire::Encoder& out, const RobotId& except, RobotId& cursor);
   void put_round_trip(wire::Encoder& out, Peer& peer);
@@ -88,6 +94,7 @@ struct Node::Impl {
   Counters counters;
   Instant now{};
   std::map<Endpoint, Peer> peers;
+  Notary notary;
   Fetcher fetcher;
   TeamTable team;
   std::optional<IdConflict> conflict;
@@ -95,7 +102,9 @@ struct Node::Impl {
   std::uint64_t frontier_digest = 0;
   std::map<LogId, std::vector<std::uint8_t>> hops;
   HashCache hashes;
-  std::deque<std::shared_ptr<const Record>> applied;
+  ApplyQueue applied;
+  std::deque<Complaint> complaints;
+  wire::FragmentBuffer fragment_scratch{};
   wire::Decoder decoder;
   bool plan_due = false;
   Trickle trickle;

@@ -169,12 +169,7 @@ bool Node::Impl::build_data(OutgoingDatagram& datagram) {
       data_cursor[first_lane] = peer.endpoint;
       wire::Encoder out(datagram.buffer, header_for(peer));
       for (std::uint8_t lane = first_lane; lane < kLaneCount; ++lane) {
-        while (!peer.serve.empty(lane)) {
-          const wire::Data data = peer.serve.front(lane);
-          if (!out.data(data)) break;
-          counters.body_bytes_sent += data.bytes.size();
-          count_sent(FrameType::data);
-          peer.serve.pop(lane);
+        while (!peer.serve.empty(lane) && put_fragment(out, peer.serve, lane)) {
         }
       }
       peer.bytes_out += out.size();
@@ -183,6 +178,30 @@ bool Node::Impl::build_data(OutgoingDatagram& datagram) {
     }
   }
   return false;
+}
+
+// What is next of a lane, if it fits. The body may be gone since it was asked for.
+bool Node::Impl::put_fragment(wire::Encoder& out, ServeQueue& queue, std::uint8_t lane) {
+  const ServeQueue::Next next = queue.front(lane);
+  const auto record = store.find(next.id);
+  if (record == nullptr) return queue.pop_record(lane), refuse(Refusal::unreadable), true;
+  if (record->dropped) {
+    if (!out.head({head_of(*record), next.hops, record->seal.signature})) return false;
+    count_sent(FrameType::head);
+    return queue.pop_record(lane), true;
+  }
+  wire::Data data;
+  data.id = next.id;
+  data.kind = record->kind;
+  data.hops = next.hops;
+  data.total_bytes = wire::payload_bytes(*record);
+  data.body_hash = hashes.of(*record);
+  data.fragment = static_cast<std::uint16_t>(next.fragment);
+  data.bytes = wire::fragment_of(*record, next.fragment, fragment_scratch);
+  if (!out.data(data)) return false;
+  counters.body_bytes_sent += data.bytes.size();
+  count_sent(FrameType::data);
+  return queue.pop(lane), true;
 }
 
 }  // namespace onemap::comms

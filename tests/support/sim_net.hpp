@@ -13,6 +13,7 @@
 
 #include "comms/memory_store.hpp"
 #include "comms/node.hpp"
+#include "signed_logs.hpp"
 #include "support/random.hpp"
 
 namespace onemap::comms::sim {
@@ -91,6 +92,7 @@ class SimNet {
   std::size_t add(NodeConfig config, std::size_t store_bytes = 64u << 20) {
     const std::size_t i = robots_.size();
     if (config.self == RobotId{}) config.self = numbered("robot", i);
+    if (!config.identity) config.identity = identity_of(config.self);
     robots_.push_back({});
     Robot& robot = robots_.back();
     robot.endpoint = address(i);
@@ -113,6 +115,7 @@ class SimNet {
     robot.applied.clear();
     robot.store = std::make_unique<MemoryStore>(64u << 20);
     if (config.self == RobotId{}) config.self = numbered("robot", i);
+    if (!config.identity) config.identity = identity_of(config.self);
     robot.node = std::make_unique<Node>(config, *robot.store);
   }
 

@@ -13,6 +13,7 @@
 #include "comms/datagram_port.hpp"
 #include "comms/endpoint.hpp"
 #include "comms/frontier.hpp"
+#include "comms/identity.hpp"
 #include "comms/log_store.hpp"
 #include "comms/status.hpp"
 #include "hal/base/ids.hpp"
@@ -26,14 +27,15 @@ struct NodeConfig {
   // One life of this robot, from 1 to 2^63 - 1; a later start must use a greater one, so it comes from a counter that
   // is kept. outlived() tells when neighbours know a later one.
   std::uint64_t incarnation = 1;
+  std::optional<Identity> identity{};          // what own records are signed with; without one nothing can be appended
   std::vector<Endpoint> peers;                 // greeted from the start; others are accepted when they greet us
   std::optional<Endpoint> group;               // multicast group for beacons
   std::uint64_t bytes_per_second = 4'000'000;  // pacing of record bodies, over all neighbours
   std::size_t train_datagrams = 8;             // at most this many at once
   Duration beacon_min = std::chrono::milliseconds(250), beacon_max = std::chrono::seconds(4);
   Duration neighbour_timeout = std::chrono::seconds(20);
-  std::size_t credit_bytes = 256u << 10;     // asked for and not yet arrived, from one neighbour
-  std::size_t reassembly_bytes = 16u << 20;  // incomplete or out of order records
+  std::size_t credit_bytes = 256u << 10;    // asked for and not yet arrived, from one neighbour
+  std::size_t reassembly_bytes = 4u << 20;  // incomplete or out of order records
   // Configured peers always have their place; of the other neighbours of one address there may be a quarter of
   // max_neighbours.
   std::size_t max_neighbours = 32;
@@ -69,6 +71,14 @@ struct IdConflict {
   Instant when{};
 };
 
+// Somebody served what is not its author's: a lie, or an author that signs two histories (forked).
+struct Complaint {
+  Refusal reason = Refusal::count;  // bad_signature, second_key or forked
+  RecordId record;
+  RobotId from;  // the neighbour that served it
+  Endpoint endpoint;
+};
+
 // One robot's side of the protocol (comms/PROTOCOL.md), as a pure function of bytes and `now`: no clock, socket or
 // thread. Call it from one thread, like this, with a `now` that never goes back:
 //
@@ -100,6 +110,12 @@ class Node {
 
   bool next_outgoing(OutgoingDatagram& datagram);            // false: nothing to send at the last `now`
   bool next_applied(std::shared_ptr<const Record>& record);  // each stored record once, own and others', in log order
+
+  // About records that were refused; the latest 64.
+  std::optional<Complaint> next_complaint();
+  // Somebody vouches that this is the key of this robot, as a session with it does. False: another one counts here.
+  bool pin(const RobotId& robot, const PublicKey& key);
+  std::optional<PublicKey> key_of(const RobotId& robot) const;  // that its records are signed with
 
   const VersionVector& frontier() const;
   std::uint64_t frontier_digest() const;  // digest(frontier())

@@ -16,10 +16,11 @@ constexpr std::uint32_t kMaxGuess = 64;
 constexpr auto kWantDelay = milliseconds(2);  // bulk asks wait so long for company
 }  // namespace
 
-Fetcher::Fetcher(Limits limits, LogStore& store, Counters& counters, Judge judge)
-    : limits_(limits), store_(store), counters_(counters), judge_(std::move(judge)) {
+Fetcher::Fetcher(Limits limits, LogStore& store, Notary& notary, Counters& counters, Judge judge)
+    : limits_(limits), store_(store), notary_(notary), counters_(counters), judge_(std::move(judge)) {
   // Room for the largest record, or it would never arrive.
-  limits_.reassembly_bytes = std::max(limits_.reassembly_bytes, kMaxRecordBytes + 2 * kMaxGuess * kFragmentBytes);
+  limits_.reassembly_bytes =
+      std::max(limits_.reassembly_bytes, wire::kMaxPayloadBytes + 2 * kMaxGuess * kFragmentBytes);
 }
 
 // Control and poses may ask a quarter more, so that they never wait for bulk to drain.

@@ -16,7 +16,7 @@
 namespace onemap::comms {
 
 // Who speaks from an endpoint, and whether it is there.
-struct Identity {
+struct Who {
   RobotId robot;
   std::uint64_t incarnation = 0;  // 0: nobody was heard yet
   bool proved = false;            // it has named our life, so it hears us at this address
@@ -35,7 +35,7 @@ struct Peer {
   Endpoint endpoint;
   bool configured = false;  // greeted although it never answered, and keeps its place
   bool ever_heard = false;  // by whatever name
-  Identity who;
+  Who who;
   Candidate candidate;  // another who would speak from here
   Session session;
   RoundTrip round_trip;
