@@ -13,8 +13,7 @@ void Node::Impl::tick() {
   for (auto& [endpoint, peer] : peers) tick(peer);
   if (trickle.due(now)) beacon_all();
   fetcher.on_timer(now, peers);
-  for (const Fetcher::Stored& record : fetcher.take_stored()) stored(record.id, record.hops);
-  plan_due = true;
+  take_fetched();
 }
 
 void Node::Impl::tick(Peer& peer) {
