@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "node_impl.hpp"
+#include "session/sealed_wire.hpp"
 
 namespace onemap::comms {
 
@@ -45,18 +46,22 @@ wire::Header Node::Impl::header_for(Peer& peer) {
   return peer.session.next_header(config.incarnation, peer.who.incarnation);
 }
 
-void Node::Impl::sent(OutgoingDatagram& datagram, const Endpoint& to, std::size_t size) {
+// How many bytes will be on the wire.
+std::size_t Node::Impl::sent(OutgoingDatagram& datagram, const Endpoint& to, std::size_t size) {
   datagram.to = to;
   datagram.size = size;
+  const bool group = config.group == to;
+  if (config.sealed) size += (group ? sealed::kGroupOverheadBytes : sealed::kOverheadBytes) - wire::kHeaderBytes;
   ++counters.datagrams_sent;
   counters.bytes_sent += size;
   pacer.sent(now, size);
+  return size;
 }
 
 void Node::Impl::sent(OutgoingDatagram& datagram, Peer& peer, std::size_t size, bool data) {
-  peer.bytes_out += size;
-  peer.rate.sent(now, peer.session.last_counter(), size, data);
-  sent(datagram, peer.endpoint, size);
+  const std::size_t on_wire = sent(datagram, peer.endpoint, size);
+  peer.bytes_out += on_wire;
+  peer.rate.sent(now, peer.session.last_counter(), on_wire, data);
 }
 
 void Node::Impl::put_beacon(wire::Encoder& out) {

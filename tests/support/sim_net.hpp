@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "comms/guard.hpp"
 #include "comms/memory_store.hpp"
 #include "comms/node.hpp"
 #include "support/random.hpp"
@@ -61,11 +62,35 @@ struct LinkModel {
 
 struct Robot {
   std::unique_ptr<MemoryStore> store;
+  std::unique_ptr<Pins> pins = std::make_unique<Pins>();
   std::unique_ptr<Node> node;
+  std::unique_ptr<Guard> guard;  // when the config says sealed
   NodeConfig config;
   Endpoint endpoint;
   std::vector<std::shared_ptr<const Record>> applied;
   bool on = true;
+  TeamKey team{{1, 2, 3}};
+
+  void start(std::uint64_t seed) {
+    guard.reset();
+    node = std::make_unique<Node>(config, *store);
+    if (!config.sealed) return;
+    const SecretSeed identity{config.self.bytes[0], config.self.bytes[5], config.self.bytes[6], 1};
+    GuardConfig g{config.self, config.incarnation, config.group, team, Identity(identity), {}, {}, 64};
+    g.random = [random = Random(seed)](std::span<std::uint8_t> bytes) mutable {
+      for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random.next() >> 56);
+    };
+    guard = std::make_unique<Guard>(std::move(g), *node, *pins);
+  }
+  void on_datagram(Instant now, const Endpoint& from, std::span<const std::uint8_t> bytes) {
+    guard ? guard->on_datagram(now, from, bytes) : node->on_datagram(now, from, bytes);
+  }
+  void on_timer(Instant now) { guard ? guard->on_timer(now) : node->on_timer(now); }
+  Instant next_deadline() const { return guard ? guard->next_deadline() : node->next_deadline(); }
+  bool next_outgoing(OutgoingDatagram& datagram) {
+    return guard ? guard->next_outgoing(datagram) : node->next_outgoing(datagram);
+  }
+  Counters counters() const { return guard ? guard->counters() : node->counters(); }
 };
 
 class SimNet {
@@ -96,12 +121,12 @@ class SimNet {
     robot.endpoint = address(i);
     robot.store = std::make_unique<MemoryStore>(store_bytes);
     robot.config = config;
-    robot.node = std::make_unique<Node>(config, *robot.store);
+    start(i);
     return i;
   }
   // A new node on the store as it is, in the same life.
   void restart_node(std::size_t i) {
-    robots_[i].node = std::make_unique<Node>(robots_[i].config, *robots_[i].store);
+    start(i);
     drain(i);
   }
   void connect(std::size_t a, std::size_t b) { edges_.insert(std::minmax(a, b)); }
@@ -113,8 +138,10 @@ class SimNet {
     robot.applied.clear();
     robot.store = std::make_unique<MemoryStore>(64u << 20);
     if (config.self == RobotId{}) config.self = numbered("robot", i);
-    robot.node = std::make_unique<Node>(config, *robot.store);
+    robot.config = config;
+    start(i);
   }
+  void start(std::size_t i) { robots_[i].start(1000 * ++starts_ + i); }
 
   Robot& operator[](std::size_t i) { return robots_[i]; }
   Node& node(std::size_t i) { return *robots_[i].node; }
@@ -159,7 +186,7 @@ class SimNet {
   std::function<void(std::size_t to, const Endpoint& from, std::span<const std::uint8_t>)> tap;
 
   void inject(std::size_t to, const Endpoint& from, std::span<const std::uint8_t> bytes) {
-    node(to).on_datagram(now_, from, bytes);
+    robots_[to].on_datagram(now_, from, bytes);
     drain(to);
   }
 
@@ -178,7 +205,7 @@ class SimNet {
   Instant next_event() const {
     Instant next = air_.empty() ? Instant::max() : air_.top().at;
     for (const Robot& robot : robots_)
-      if (robot.on) next = std::min(next, std::max(now_, robot.node->next_deadline()));
+      if (robot.on) next = std::min(next, std::max(now_, robot.next_deadline()));
     return next;
   }
   void step() {
@@ -187,19 +214,19 @@ class SimNet {
       air_.pop();
       if (!robots_[flight.to].on || !edges_.contains(std::minmax(flight.from, flight.to))) continue;
       if (tap) tap(flight.to, robots_[flight.from].endpoint, flight.bytes);
-      robots_[flight.to].node->on_datagram(now_, robots_[flight.from].endpoint, flight.bytes);
+      robots_[flight.to].on_datagram(now_, robots_[flight.from].endpoint, flight.bytes);
       drain(flight.to);
     }
     for (std::size_t i = 0; i < robots_.size(); ++i) {
-      if (!robots_[i].on || robots_[i].node->next_deadline() > now_) continue;
-      robots_[i].node->on_timer(now_);
+      if (!robots_[i].on || robots_[i].next_deadline() > now_) continue;
+      robots_[i].on_timer(now_);
       drain(i);
     }
   }
   void drain(std::size_t i) {
     if (!robots_[i].on) return;
     OutgoingDatagram datagram;
-    while (robots_[i].node->next_outgoing(datagram)) transmit(i, datagram);
+    while (robots_[i].next_outgoing(datagram)) transmit(i, datagram);
     std::shared_ptr<const Record> record;
     while (robots_[i].node->next_applied(record)) robots_[i].applied.push_back(record);
   }
@@ -225,7 +252,7 @@ class SimNet {
   std::vector<Robot> robots_;
   std::set<Edge> edges_;
   std::priority_queue<Flight, std::vector<Flight>, std::greater<>> air_;
-  std::uint64_t order_ = 0, bytes_carried_ = 0, useful_bytes_ = 0;
+  std::uint64_t order_ = 0, bytes_carried_ = 0, useful_bytes_ = 0, starts_ = 0;
   std::size_t largest_ = 0;
 };
 

@@ -42,6 +42,7 @@ struct NodeConfig {
   // max_neighbours.
   std::size_t max_neighbours = 32;
   std::size_t max_robots = 1024;                         // that count: see team()
+  bool sealed = false;                                   // a Guard stands between this node and the network
   std::size_t max_logs = 4096, max_logs_of_robot = 256;  // a life of a robot has up to kLaneCount logs
 };
 
@@ -98,6 +99,20 @@ class Node {
   void on_datagram(Instant now, const Endpoint& from, std::span<const std::uint8_t> bytes);
   void on_timer(Instant now);
   Instant next_deadline() const;  // call on_timer then, or earlier
+
+  // For a Guard, in place of on_datagram: it has proved who speaks, and takes each datagram once. Refusal::count:
+  // taken; else why not, counted.
+  struct Proof {
+    RobotId robot;
+    std::uint64_t incarnation = 0;
+    std::uint64_t counter = 0;  // later datagrams of one sender have greater ones
+    std::size_t bytes = 0;      // of the datagram
+    double loss = 0.0;          // of what came from there, 0..1
+    bool group = false;         // anybody of the team may have sealed it
+  };
+  Refusal on_session(Instant now, const Endpoint& from, const Proof& proof);  // one begins: a proved neighbour
+  Refusal on_sealed(Instant now, const Endpoint& from, const Proof& proof, std::span<const std::uint8_t> frames);
+  void on_moved(Instant now, const Endpoint& from, const Endpoint& to);  // a neighbour has another address now
 
   // Writes the next record of the own log of this lane. The error says why it cannot: the body is larger than
   // kMaxRecordBytes, or the lane is unknown, or the store has no room (in its words); counted.

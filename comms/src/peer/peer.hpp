@@ -21,7 +21,7 @@
 namespace onemap::comms {
 
 // Who speaks from an endpoint, and whether it is there.
-struct Identity {
+struct Speaker {
   RobotId robot;
   std::uint64_t incarnation = 0;  // 0: nobody was heard yet
   bool proved = false;            // it has named our life, so it hears us at this address
@@ -40,7 +40,7 @@ struct Peer {
   Endpoint endpoint;
   bool configured = false;  // greeted although it never answered, and keeps its place
   bool ever_heard = false;  // by whatever name
-  Identity who;
+  Speaker who;
   Candidate candidate;  // another who would speak from here
   Session session;
   RoundTrip round_trip;

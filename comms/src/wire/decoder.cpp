@@ -36,7 +36,7 @@ std::uint64_t body_hash(std::uint16_t kind, std::span<const std::uint8_t> body) 
   return XXH3_64bits_withSeed(body.data(), body.size(), kind);
 }
 
-Refusal Decoder::decode(std::span<const std::uint8_t> datagram) {
+void Decoder::clear() {
   frames_.clear();
   robots_.clear();
   have_.clear();
@@ -44,6 +44,16 @@ Refusal Decoder::decode(std::span<const std::uint8_t> datagram) {
   robots_.reserve(kMaxFramesBytes / kStatusEntryBytes);
   have_.reserve(kMaxFramesBytes / kHaveEntryBytes);
   want_.reserve(kMaxFramesBytes / kWantEntryBytes);
+}
+
+Refusal Decoder::decode(const Header& header, std::span<const std::uint8_t> frames) {
+  clear();
+  header_ = header;
+  return decode_frames(frames);
+}
+
+Refusal Decoder::decode(std::span<const std::uint8_t> datagram) {
+  clear();
   const Refusal verdict = read_header(datagram, header_);
   if (verdict != Refusal::count) return verdict;
   return decode_frames(datagram.subspan(kHeaderBytes));

@@ -4,7 +4,8 @@
 
 namespace onemap::comms::wire {
 
-Encoder::Encoder(std::span<std::uint8_t, kMaxDatagramBytes> buffer, const Header& header) : buffer_(buffer) {
+Encoder::Encoder(std::span<std::uint8_t, kMaxDatagramBytes> buffer, const Header& header)
+    : buffer_(buffer), max_frames_(header.type == DatagramType::group ? kMaxGroupFramesBytes : kMaxFramesBytes) {
   write_header(buffer, header);
 }
 
