@@ -91,6 +91,8 @@ std::string_view name(FrameType type) {
       return "ping";
     case FrameType::pong:
       return "pong";
+    case FrameType::feedback:
+      return "feedback";
     case FrameType::later_life:
       return "later_life";
   }

@@ -28,7 +28,7 @@ void Node::Impl::receive(const Endpoint& from, std::span<const std::uint8_t> byt
   }
   Session::Arrival arrival;
   if (const Refusal late = peer->session.accept(header, arrival); late != Refusal::count) return refuse(late);
-  hear(*peer, arrival);
+  hear(*peer, arrival, bytes.size());
 }
 
 // Of the datagram that the decoder holds.
@@ -39,9 +39,14 @@ Peer* Node::Impl::speaker(const Endpoint& from, std::size_t bytes) {
   return peer;
 }
 
-void Node::Impl::hear(Peer& peer, const Session::Arrival& arrival) {
+void Node::Impl::hear(Peer& peer, const Session::Arrival& arrival, std::size_t bytes) {
   peer.asks.is_there();
   if (!peer.who.alive) peer_up(peer);
+  if (arrival.unicast) {
+    const auto data = std::ranges::count_if(
+        decoder.frames(), [](const wire::Frame& frame) { return std::holds_alternative<wire::Data>(frame); });
+    peer.arrivals.came(now, arrival.at, static_cast<std::uint32_t>(data), bytes);
+  }
   for (const wire::Frame& frame : decoder.frames()) {
     ++counters.frames_received[index_of(wire::type_of(frame))];
     on_frame(peer, arrival, frame);
@@ -79,6 +84,7 @@ void Node::Impl::on_frame(Peer& peer, const Session::Arrival& arrival, const wir
     void operator()(const wire::Data& f) const { node.on_data(peer, f); }
     void operator()(const wire::Ping& f) const { peer.pings.answer_due = f.token; }
     void operator()(const wire::Pong& f) const { node.on_pong(peer, f); }
+    void operator()(const wire::Feedback& f) const { node.on_feedback(peer, f); }
     void operator()(const wire::LaterLife& f) const { node.on_later_life(f); }
   };
   std::visit(Visitor{*this, peer, arrival}, frame);
@@ -171,6 +177,8 @@ void Node::Impl::on_data(Peer& peer, const wire::Data& data) {
 void Node::Impl::on_pong(Peer& peer, const wire::Pong& pong) {
   if (const auto time = peer.pings.answered(now, pong.token)) peer.round_trip.sample(*time);
 }
+
+void Node::Impl::on_feedback(Peer& peer, const wire::Feedback& feedback) { peer.rate.feedback(now, feedback); }
 
 void Node::Impl::on_later_life(const wire::LaterLife& later) {
   if (later.robot != config.self) return refuse(Refusal::wrong_receiver);

@@ -38,7 +38,7 @@ Refusal Node::Impl::receive_sealed(const Endpoint& from, const Proof& proof, std
     peer->who.last_heard = now;
     peer->session.heard_sealed(proof.loss);
   }
-  hear(*peer, {!proof.group, proof.counter});
+  hear(*peer, {!proof.group, proof.counter}, proof.bytes);
   return Refusal::count;
 }
 

@@ -33,6 +33,7 @@ void Node::Impl::peer_down(Peer& peer) {
   fetcher.drop(peer);
   if (living(peer.who.robot) == nullptr) team.left(peer.who.robot);
   peer.serve = {};
+  peer.push.clear();
   peer.outbox.fell_silent();
   peer.frontier.ask_no_more();
 }
@@ -70,7 +71,8 @@ Instant Node::Impl::next_deadline(const Peer& peer) const {
   for (const auto at : {peer.frontier.next_request(), peer.outbox.next()})
     if (at) next = std::min(next, *at);
   if (peer.asks.outstanding() > 0) next = std::min(next, peer.pings.next());
-  if (!peer.serve.empty()) next = std::min(next, pacer.next());
+  next = std::min({next, peer.arrivals.next(), peer.push.next()});
+  if (!peer.serve.empty()) next = std::min(next, std::max(pacer.next(), peer.rate.next(now)));
   return next;
 }
 

@@ -15,9 +15,10 @@ enum class FrameType : std::uint8_t {
   data = 6,
   ping = 7,
   pong = 8,
+  feedback = 10,
   later_life = 128  // who does not know this type skips it
 };
-inline constexpr std::size_t kFrameTypeCount = 10;  // index 0 is not used
+inline constexpr std::size_t kFrameTypeCount = 16;  // 0 and those between are not used
 constexpr std::size_t index_of(FrameType type) {
   return type == FrameType::later_life ? kFrameTypeCount - 1 : static_cast<std::size_t>(type);
 }
@@ -95,7 +96,9 @@ struct Counters {
   std::uint64_t body_bytes_received = 0;   // of them, bytes that were new
   std::uint64_t duplicate_body_bytes = 0;  // bytes of fragments that were already here
   std::uint64_t records_appended = 0;      // own
+  std::uint64_t records_pushed = 0;        // own, sent unasked; each copy counts
   std::uint64_t records_received = 0;      // of others, complete and stored
+  std::uint64_t records_pushed_here = 0;   // of others, that came unasked
   std::uint64_t fragments_reasked = 0;     // asked for again after a loss
   std::uint64_t records_retargeted = 0;    // asked for from another neighbour after silence
   std::uint64_t neighbours_lost = 0;       // fell silent for neighbour_timeout

@@ -26,13 +26,17 @@ struct NodeConfig {
   // One life of this robot, from 1 to 2^63 - 1; a later start must use a greater one, so it comes from a counter that
   // is kept. outlived() tells when neighbours know a later one.
   std::uint64_t incarnation = 1;
-  std::vector<Endpoint> peers;                 // greeted from the start; others are accepted when they greet us
-  std::optional<Endpoint> group;               // multicast group for beacons
-  std::uint64_t bytes_per_second = 4'000'000;  // pacing of record bodies, over all neighbours
-  std::size_t train_datagrams = 8;             // at most this many at once
+  std::vector<Endpoint> peers;                  // greeted from the start; others are accepted when they greet us
+  std::optional<Endpoint> group;                // multicast group for beacons
+  std::uint64_t bytes_per_second = 16'000'000;  // of record bodies at most, over all neighbours
+  // Data to one neighbour, IP and UDP headers included: never slower, never faster. Between, the protocol finds the
+  // rate that the way carries.
+  std::uint64_t link_least_bytes_per_second = 8'000, link_most_bytes_per_second = 125'000'000;
+  std::size_t train_datagrams = 8;  // at most this many at once
   Duration beacon_min = std::chrono::milliseconds(250), beacon_max = std::chrono::seconds(4);
   Duration neighbour_timeout = std::chrono::seconds(20);
-  std::size_t credit_bytes = 256u << 10;     // asked for and not yet arrived, from one neighbour
+  // Asked for and not yet arrived, from one neighbour: so much at first, and more on a way that is fast and long.
+  std::size_t credit_bytes = 256u << 10, most_credit_bytes = 2u << 20;
   std::size_t reassembly_bytes = 16u << 20;  // incomplete or out of order records
   // Configured peers always have their place; of the other neighbours of one address there may be a quarter of
   // max_neighbours.
@@ -51,6 +55,9 @@ struct NeighbourStatus {
   double loss = 0.0;      // estimate of datagrams lost on the way from there to here, 0..1
   Duration round_trip{};  // smoothed; 0 when not measured yet
   std::uint64_t bytes_in = 0, bytes_out = 0;
+  double rate = 0.0;                                  // bytes a second at which data may go there now
+  Duration queue{};                                   // that data wait on the way there; 0 when not measured
+  double loss_there = 0;                              // of datagrams on the way there, as it says itself, 0..1
   std::uint64_t frontier_digest = 0, map_digest = 0;  // as it last said itself
   std::uint8_t flags = 0;
 };

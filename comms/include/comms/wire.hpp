@@ -58,6 +58,7 @@ class Encoder {
   bool data(const Data& data);
   bool ping(std::uint32_t token);
   bool pong(std::uint32_t token);
+  bool feedback(const Feedback& feedback);
   bool later_life(const LaterLife& later);
 
  private:

@@ -24,6 +24,7 @@ class Session {
   wire::Header next_header(std::uint64_t own_life, std::uint64_t their_life) {
     return {wire::DatagramType::unicast, own_life, their_life, std::exchange(counter_, wire::next_counter(counter_))};
   }
+  std::uint32_t last_counter() const { return counter_ == 1 ? 0xFFFFFFFF : counter_ - 1; }  // of next_header
   // Refusal::count: the datagram is new, and `arrival` says when it was sent, among others.
   Refusal accept(const wire::Header& header, Arrival& arrival);
   void heard_sealed(double loss) { sealed_loss_ = loss; }

@@ -106,6 +106,15 @@ bool Encoder::pong(std::uint32_t token) {
   return true;
 }
 
+bool Encoder::feedback(const Feedback& feedback) {
+  if (!open(FrameType::feedback, kFeedbackBytes)) return false;
+  put(feedback.highest);
+  put(feedback.received);
+  put(feedback.clock_us);
+  put(feedback.delay_us);
+  return true;
+}
+
 bool Encoder::later_life(const LaterLife& later) {
   if (!open(FrameType::later_life, kLaterLifeBytes)) return false;
   put(later.robot);
