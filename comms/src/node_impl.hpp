@@ -62,6 +62,7 @@ struct Node::Impl {
   void peer_down(Peer& peer);
   void changed();  // something that beacons tell
   void beacon_all();
+  void seek();
   bool all_consistent() const;
   void tell_all(Peer& peer);
   Instant next_deadline() const;
@@ -99,7 +100,8 @@ struct Node::Impl {
   std::deque<std::shared_ptr<const Record>> applied;
   wire::Decoder decoder;
   bool plan_due = false;
-  Trickle trickle;
+  Trickle trickle;  // to those who are here
+  Trickle seeking;  // to the group, and to configured peers who are silent: short, and in shorter intervals
   SplitMix random;  // jitter, and tokens
   bool group_due = false;
   std::uint32_t group_counter = 1;
@@ -111,7 +113,6 @@ struct Node::Impl {
   };
   std::deque<Answer> answers;
   std::uint32_t answer_counter = 1;
-  RobotId group_cursor;
   // Sending
   Pacer pacer;
   Endpoint control_cursor;

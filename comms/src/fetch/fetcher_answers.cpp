@@ -9,7 +9,7 @@ namespace onemap::comms {
 namespace {
 constexpr std::uint32_t kMaxGuess = 64;
 constexpr auto kStoreRetry = std::chrono::seconds(1), kSpoiltRetry = std::chrono::seconds(1);
-constexpr unsigned kMostDoublings = 6;
+constexpr unsigned kMostDoublings = 2;
 }  // namespace
 
 void Fetcher::on_data(Instant now, Peer& from, const wire::Data& data) {
