@@ -41,6 +41,7 @@ void Node::Impl::peer_down(Peer& peer) {
   if (living(peer.who.robot) == nullptr) team.left(peer.who.robot);
   judge_again();
   peer.serve = {};
+  peer.push.clear();
   peer.outbox.fell_silent();
   peer.frontier.ask_no_more();
 }
@@ -88,7 +89,8 @@ Instant Node::Impl::next_deadline(const Peer& peer) const {
     if (at) next = std::min(next, *at);
   if (peer.asks.outstanding() > 0 || peer.who.asked_until) next = std::min(next, peer.pings.next());
   if (peer.who.asked_until) next = std::min(next, *peer.who.asked_until);
-  if (!peer.serve.empty()) next = std::min(next, pacer.next());
+  next = std::min({next, peer.arrivals.next(), peer.push.next()});
+  if (!peer.serve.empty()) next = std::min(next, std::max(pacer.next(), peer.rate.next(now)));
   return next;
 }
 

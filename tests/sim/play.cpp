@@ -14,7 +14,7 @@ constexpr unsigned kMostNewLives = 3;  // the daemon's
 constexpr auto kStep = milliseconds(100);
 // Who lies in well-formed frames, in the open, can hold others up, and no longer than this after it has gone, and while
 // it stays: what it claimed to hold is asked of it, and counts that were never true have to be found out.
-constexpr auto kAfterTheHostile = seconds(8), kBesideTheHostile = seconds(30);
+constexpr auto kAfterTheHostile = seconds(12), kBesideTheHostile = seconds(30);
 
 Duration allowed_for(const Scenario& scenario) {
   if (!scenario.hostile) return Duration{};

@@ -14,6 +14,37 @@ RobotId numbered(std::string name, std::size_t i) {
   return RobotId::from_name(name);
 }
 
+void Robot::start(std::uint64_t seed) {
+  end();
+  node = std::make_unique<Node>(config, *store);
+  if (!config.sealed) return;
+  const SecretSeed identity{config.self.bytes[0], config.self.bytes[5], config.self.bytes[6], 1};
+  GuardConfig g{config.self, config.incarnation, config.group, team, Identity(identity), {}, {}, 64};
+  g.random = [random = Random(seed)](std::span<std::uint8_t> bytes) mutable {
+    for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random.next() >> 56);
+  };
+  guard = std::make_unique<Guard>(std::move(g), *node, *pins);
+}
+
+void Robot::end() {
+  guard.reset();
+  node.reset();
+}
+
+void Robot::on_datagram(Instant now, const Endpoint& from, std::span<const std::uint8_t> bytes) {
+  guard ? guard->on_datagram(now, from, bytes) : node->on_datagram(now, from, bytes);
+}
+
+void Robot::on_timer(Instant now) { guard ? guard->on_timer(now) : node->on_timer(now); }
+
+Instant Robot::next_deadline() const { return guard ? guard->next_deadline() : node->next_deadline(); }
+
+bool Robot::next_outgoing(OutgoingDatagram& datagram) {
+  return guard ? guard->next_outgoing(datagram) : node->next_outgoing(datagram);
+}
+
+Counters Robot::counters() const { return guard ? guard->counters() : node->counters(); }
+
 SimNet::SimNet(std::uint64_t seed, LinkModel model, Medium::Model medium)
     : seed_(seed), random_(seed), model_(model), medium_(medium) {}
 SimNet::~SimNet() = default;
@@ -74,8 +105,7 @@ std::size_t SimNet::add(std::unique_ptr<Guest> guest) {
 
 void SimNet::start_node(std::size_t i) {
   Robot& robot = robots_[i];
-  robot.node.reset();
-  robot.node = std::make_unique<Node>(robot.config, *robot.store);
+  robot.start(1000 * ++starts_ + i);
   if (witness != nullptr) witness->began(i);
   settle(i);
 }
@@ -93,7 +123,7 @@ void SimNet::restart(std::size_t i, NodeConfig config) {
 void SimNet::switch_off(std::size_t i) {
   Robot& robot = robots_[i];
   robot.on = false;
-  robot.node.reset();
+  robot.end();
   robot.store.reset();
   robot.applied.clear();
   robot.waiting.clear();
@@ -155,7 +185,7 @@ std::optional<RecordId> SimNet::try_append(std::size_t i, std::uint8_t lane, std
 }
 
 void SimNet::inject(std::size_t to, const Endpoint& from, std::span<const std::uint8_t> bytes) {
-  node(to).on_datagram(clock_of(robots_[to]), from, bytes);
+  robots_[to].on_datagram(clock_of(robots_[to]), from, bytes);
   settle(to);
 }
 
@@ -205,7 +235,7 @@ void SimNet::arrive(Flight& flight) {
     return settle(flight.to);
   }
   if (witness != nullptr) witness->arrives(flight.to, flight.from, flight.bytes);
-  robot.node->on_datagram(clock_of(robot), flight.from, flight.bytes);
+  robot.on_datagram(clock_of(robot), flight.from, flight.bytes);
   settle(flight.to);
 }
 
@@ -221,9 +251,9 @@ void SimNet::wake(std::size_t i) {
   }
   for (auto waiting = std::exchange(robot.waiting, {}); const Flight& flight : waiting) {
     if (witness != nullptr) witness->arrives(i, flight.from, flight.bytes);
-    robot.node->on_datagram(clock_of(robot), flight.from, flight.bytes);
+    robot.on_datagram(clock_of(robot), flight.from, flight.bytes);
   }
-  if (robot.node->next_deadline() <= clock_of(robot)) robot.node->on_timer(clock_of(robot));
+  if (robot.next_deadline() <= clock_of(robot)) robot.on_timer(clock_of(robot));
   settle(i);
 }
 
@@ -235,7 +265,7 @@ void SimNet::settle(std::size_t i) {
     next = robot.guest->next();
   } else {
     OutgoingDatagram datagram;
-    while (robot.node->next_outgoing(datagram)) {
+    while (robot.next_outgoing(datagram)) {
       if (witness != nullptr) witness->sent(i, datagram);
       transmit(i, robot.endpoint, datagram.to, datagram.bytes());
     }
@@ -244,7 +274,7 @@ void SimNet::settle(std::size_t i) {
       if (witness != nullptr) witness->applied(i, *record);
       robot.applied.push_back(record);
     }
-    next = robot.node->next_deadline();
+    next = robot.next_deadline();
     if (next != Instant::max()) next -= robot.clock;
   }
   if (witness != nullptr) witness->moved(i);

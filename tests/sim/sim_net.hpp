@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "comms/guard.hpp"
 #include "comms/node.hpp"
 #include "sim/disk.hpp"
 #include "sim/event_queue.hpp"
@@ -49,7 +50,9 @@ class Witness {
 struct Robot {
   std::unique_ptr<Disk> disk;
   std::unique_ptr<LogStore> store;
+  std::unique_ptr<Pins> pins = std::make_unique<Pins>();
   std::unique_ptr<Node> node;
+  std::unique_ptr<Guard> guard;  // when the config says sealed
   std::unique_ptr<Guest> guest;  // in place of all these
   NodeConfig config;
   Endpoint endpoint;
@@ -59,6 +62,16 @@ struct Robot {
   Instant stopped_until{};  // its process does not run; datagrams wait, as many as a socket holds
   std::deque<Flight> waiting;
   Instant wakes_at = Instant::max();
+  TeamKey team{{1, 2, 3}};
+
+  void start(std::uint64_t seed);
+  void end();
+  // Of the guard, or of the node where there is none.
+  void on_datagram(Instant now, const Endpoint& from, std::span<const std::uint8_t> bytes);
+  void on_timer(Instant now);
+  Instant next_deadline() const;
+  bool next_outgoing(OutgoingDatagram& datagram);
+  Counters counters() const;
 };
 
 class SimNet {
@@ -152,7 +165,7 @@ class SimNet {
   std::vector<std::size_t> guests_;
   std::map<Endpoint, std::size_t> places_;
   EventQueue events_;
-  std::uint64_t bytes_carried_ = 0, datagrams_carried_ = 0, useful_bytes_ = 0;
+  std::uint64_t starts_ = 0, bytes_carried_ = 0, datagrams_carried_ = 0, useful_bytes_ = 0;
   std::size_t largest_ = 0;
 };
 
