@@ -10,6 +10,8 @@
 namespace onemap::comms {
 
 namespace {
+constexpr auto kSeekInterval = std::chrono::milliseconds(700);
+
 std::uint64_t seed_of(const RobotId& robot, std::uint64_t incarnation) {
   std::uint64_t seed = incarnation;
   for (auto byte : robot.bytes) seed = seed * 31 + byte;
@@ -31,6 +33,7 @@ Node::Impl::Impl(NodeConfig config_, LogStore& store_)
               [this](const LogId& log) { return judge(log); }),
       team(config.self, config.incarnation, config.max_robots, config.max_neighbours),
       trickle(config.beacon_min, config.beacon_max),
+      seeking(config.beacon_min, std::min<Duration>(config.beacon_max, kSeekInterval)),
       random(seed_of(config.self, config.incarnation)),
       pacer(config.bytes_per_second, config.train_datagrams) {
   assert(wire::is_life(config.incarnation) && config.self.valid());

@@ -81,6 +81,7 @@ struct Node::Impl {
   void peer_down(Peer& peer);
   void changed();  // something that beacons tell
   void beacon_all();
+  void seek();
   bool all_consistent() const;
   void tell_all(Peer& peer);
   Instant next_deadline() const;
@@ -128,7 +129,8 @@ struct Node::Impl {
   wire::FragmentBuffer fragment_scratch{};
   wire::Decoder decoder;
   bool plan_due = false;
-  Trickle trickle;
+  Trickle trickle;  // to those who are here
+  Trickle seeking;  // to the group, and to configured peers who are silent: short, and in shorter intervals
   SplitMix random;  // jitter, and tokens
   bool group_due = false;
   std::uint32_t group_counter = 1;
@@ -140,7 +142,6 @@ struct Node::Impl {
   };
   std::deque<Answer> answers;
   std::uint32_t answer_counter = 1;
-  RobotId group_cursor;
   // Sending
   Pacer pacer;
   Endpoint control_cursor;

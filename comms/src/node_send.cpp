@@ -105,8 +105,7 @@ void Node::Impl::build_group(OutgoingDatagram& datagram) {
   group_due = false;
   wire::Encoder out(datagram.buffer, {wire::DatagramType::group, config.incarnation, 0, group_counter});
   group_counter = wire::next_counter(group_counter);
-  put_beacon(out);
-  put_status(out, config.self, group_cursor);
+  put_beacon(out);  // what is told of others goes to neighbours, who are greeted by name
   sent(datagram, *config.group, out.size());
 }
 

@@ -12,6 +12,7 @@ constexpr auto kUnequalInterval = std::chrono::milliseconds(500);  // while a ne
 void Node::Impl::tick() {
   for (auto& [endpoint, peer] : peers) tick(peer);
   if (trickle.due(now)) beacon_all();
+  if (seeking.due(now)) seek();
   fetcher.on_timer(now, peers);
   take_fetched();
 }
@@ -21,7 +22,7 @@ void Node::Impl::tick(Peer& peer) {
   if (now - peer.who.last_heard >= config.neighbour_timeout) return peer_down(peer);
   if (const auto at = peer.frontier.next_request(); at && *at <= now) {
     peer.outbox.have_request_due = true;
-    peer.frontier.requested(now, peer.round_trip.smoothed());
+    if (peer.frontier.requested(now, peer.round_trip.smoothed())) fetcher.drop(peer);
   }
   if (peer.who.asked_until && *peer.who.asked_until <= now) {
     peer.who.asked_until.reset();
@@ -48,7 +49,10 @@ void Node::Impl::tell_all(Peer& peer) {
   for (const auto& [log, count] : store.frontier()) peer.outbox.tell(log, now);
 }
 
-void Node::Impl::changed() { trickle.changed(now); }
+void Node::Impl::changed() {
+  trickle.changed(now);
+  seeking.changed(now);
+}
 
 bool Node::Impl::all_consistent() const {
   return std::all_of(peers.begin(), peers.end(), [&](const auto& entry) {
@@ -58,14 +62,20 @@ bool Node::Impl::all_consistent() const {
 
 void Node::Impl::beacon_all() {
   for (auto& [endpoint, peer] : peers)
-    if (peer.who.alive || peer.configured) peer.outbox.beacon_due = true;
-  group_due = config.group.has_value();
+    if (peer.who.alive) peer.outbox.beacon_due = true;
   trickle.said(now, all_consistent() ? config.beacon_max : kUnequalInterval, random);
+}
+
+void Node::Impl::seek() {
+  for (auto& [endpoint, peer] : peers)
+    if (peer.configured && !peer.who.alive) peer.outbox.beacon_due = true;
+  group_due = config.group.has_value();
+  seeking.said(now, config.beacon_max, random);
 }
 
 Instant Node::Impl::next_deadline() const {
   if (plan_due || group_due || !answers.empty()) return now;
-  Instant next = std::min(trickle.next(), fetcher.next_deadline(peers));
+  Instant next = std::min({trickle.next(), seeking.next(), fetcher.next_deadline(peers)});
   for (const auto& [endpoint, peer] : peers) next = std::min(next, next_deadline(peer));
   return std::max(next, now);
 }

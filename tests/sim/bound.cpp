@@ -43,7 +43,20 @@ Duration Play::bound() const {
     if (scenario_.air.bytes_per_second > 0)
       longest = std::max(longest, around / (static_cast<double>(scenario_.air.bytes_per_second) * arriving));
   }
-  return Duration(static_cast<std::int64_t>(longest * 1e9));
+  return Duration(static_cast<std::int64_t>(longest * 1e9)) + latency();
+}
+
+// Over each link of the longest way somebody is told, asks and is answered.
+Duration Play::latency() const {
+  std::vector<Edge> edges;
+  for (std::size_t a = 0; a < scenario_.robots; ++a)
+    for (std::size_t b = a + 1; b < scenario_.robots; ++b)
+      if (net_.reaches(a, b)) edges.emplace_back(a, b);
+  int longest = 0;
+  for (std::size_t from = 0; from < scenario_.robots; ++from)
+    for (const int way : distances(scenario_.robots, edges, from)) longest = std::max(longest, way);
+  const LinkModel& links = scenario_.links;
+  return 3 * longest * (links.delay + links.jitter / 2 + links.delay_tail);
 }
 
 }  // namespace onemap::comms::sim

@@ -36,6 +36,7 @@ class Play {
   void outlive();  // robots that heard of a later life of theirs begin another, as the daemon does
   void move();
   Duration bound() const;
+  Duration latency() const;
   bool equal() const;  // the honest robots
   std::string difference() const;
   bool honest(std::size_t i) const { return i < scenario_.robots; }

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -27,7 +28,10 @@ class Watch final : public Witness {
   std::uint64_t set_hash(std::size_t robot) const { return robots_[robot].set_hash; }
   // Its power came back: what it wrote, and said was kept, is on its disk.
   void came_back(std::size_t robot);
-  void wiped(std::size_t robot) { seen(robot).wiped_below = net_[robot].config.incarnation + 1; }
+  void wiped(std::size_t robot) {
+    std::uint64_t& below = seen(robot).wiped_below;
+    below = std::max(below, net_[robot].config.incarnation + 1);
+  }
 
   void sent(std::size_t from, const OutgoingDatagram& datagram) override;
   void arrives(std::size_t to, const Endpoint& from, std::span<const std::uint8_t> bytes) override;

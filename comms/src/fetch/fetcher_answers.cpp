@@ -12,7 +12,7 @@ constexpr std::uint32_t kMaxGuess = 64;
 constexpr std::uint32_t kPushedAhead = 64;  // of the first that is missing
 constexpr std::size_t kMaxPushed = 1024;    // fetches, with what was asked for
 constexpr auto kStoreRetry = std::chrono::seconds(1), kSpoiltRetry = std::chrono::seconds(1);
-constexpr unsigned kMostDoublings = 6;
+constexpr unsigned kMostDoublings = 3;
 }  // namespace
 
 void Fetcher::on_data(Instant now, Peer& from, const wire::Data& data) {

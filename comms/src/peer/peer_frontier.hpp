@@ -22,7 +22,9 @@ class PeerFrontier {
   std::uint64_t claimed_digest() const { return claimed_; }
 
   std::optional<Instant> next_request() const { return request_at_; }
-  void requested(Instant now, Duration round_trip);
+  // True: it was requested so often in vain that something gathered must be wrong (a count that was never true cannot
+  // be lowered again): all of it is forgotten, and gathered anew.
+  bool requested(Instant now, Duration round_trip);
   void be_patient_again() { requests_ = 0; }
   void ask_no_more() { request_at_.reset(); }
 
