@@ -24,7 +24,13 @@ void Node::Impl::tick(Peer& peer) {
     peer.outbox.have_request_due = true;
     peer.frontier.requested(now, peer.round_trip.smoothed());
   }
-  if (peer.asks.outstanding() > 0 && now >= peer.pings.next()) peer.pings.due = true;
+  if (peer.who.asked_until && *peer.who.asked_until <= now) {
+    peer.who.asked_until.reset();
+    peer.who.doubtful = true;
+    judge_again();
+  }
+  const bool curious = peer.asks.outstanding() > 0 || peer.who.asked_until;
+  if (curious && now >= peer.pings.next()) peer.pings.due = true;
 }
 
 void Node::Impl::peer_down(Peer& peer) {
@@ -32,7 +38,9 @@ void Node::Impl::peer_down(Peer& peer) {
   ++counters.neighbours_lost;
   fetcher.drop(peer);
   if (living(peer.who.robot) == nullptr) team.left(peer.who.robot);
+  judge_again();
   peer.serve = {};
+  peer.push.clear();
   peer.outbox.fell_silent();
   peer.frontier.ask_no_more();
 }
@@ -69,8 +77,10 @@ Instant Node::Impl::next_deadline(const Peer& peer) const {
   Instant next = peer.who.last_heard + config.neighbour_timeout;
   for (const auto at : {peer.frontier.next_request(), peer.outbox.next()})
     if (at) next = std::min(next, *at);
-  if (peer.asks.outstanding() > 0) next = std::min(next, peer.pings.next());
-  if (!peer.serve.empty()) next = std::min(next, pacer.next());
+  if (peer.asks.outstanding() > 0 || peer.who.asked_until) next = std::min(next, peer.pings.next());
+  if (peer.who.asked_until) next = std::min(next, *peer.who.asked_until);
+  next = std::min({next, peer.arrivals.next(), peer.push.next()});
+  if (!peer.serve.empty()) next = std::min(next, std::max(pacer.next(), peer.rate.next(now)));
   return next;
 }
 

@@ -244,6 +244,10 @@ void add_run(std::vector<ConfigKey>& keys) {
       {"run", "new_chain_after_s",
        "seconds after which a camera that sees something and is lost goes on in a map of its own; 0: never"},
       kSeconds, [](auto& c) -> auto& { return c.new_chain_after_s; }));
+  keys.push_back(number<int>(
+      {"run", "chain_keyframes",
+       "keyframes after which the robot goes on in a new map of its own, which the team joins to the earlier one"},
+      {100, 4000}, [](auto& c) -> auto& { return c.chain_keyframes; }));
   keys.push_back(number<double>(
       {"run", "map_interval_s", "seconds between two states of the global map while robots map"}, {0.1, kSeconds.most},
       [](auto& c) -> auto& { return c.map_interval_s; }));

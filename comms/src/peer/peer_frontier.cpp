@@ -1,6 +1,7 @@
 #include "peer/peer_frontier.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "comms/frontier.hpp"
 
@@ -49,6 +50,12 @@ void PeerFrontier::requested(Instant now, Duration round_trip) {
   last_request_ = now;
   ++requests_;
   request_at_ = not_too_often(now + (kRequestGap + 2 * round_trip) * (1u << steps));
+}
+
+void PeerFrontier::judge_again(Instant now) {
+  if (!std::exchange(refused_some_, false)) return;
+  requests_ = 0;
+  request_at_ = std::max(now, last_request_ + kRequestGap);
 }
 
 // What was refused of its frontier will differ again.

@@ -15,6 +15,7 @@ class PeerFrontier {
   const VersionVector& logs() const { return logs_; }
   bool raise(const LogId& log, std::uint32_t count);  // true: more than before
   void refused_some() { refused_some_ = true; }       // an entry is not kept: the digests will differ for long
+  void judge_again(Instant now);                      // what was refused may be welcome now: ask for it soon
 
   // In the datagram with this (unfolded) counter. Claims that were overtaken do not count.
   void claim(Instant now, std::uint64_t datagram, std::uint64_t digest, Duration round_trip);

@@ -19,6 +19,7 @@ class ServeQueue {
               std::uint32_t end, std::size_t credit_bytes);
   bool empty(std::uint8_t lane) const { return lanes_[lane].empty(); }
   bool empty() const { return queued_bytes_ == 0; }
+  std::size_t queued_bytes() const { return queued_bytes_; }
   wire::Data front(std::uint8_t lane) const;  // the lane must not be empty; valid until pop
   void pop(std::uint8_t lane);
 

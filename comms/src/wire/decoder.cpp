@@ -25,14 +25,18 @@ std::uint32_t fragment_size(std::uint32_t total, std::uint32_t fragment) {
 }  // namespace
 
 FrameType type_of(const Frame& frame) {
-  return std::holds_alternative<LaterLife>(frame) ? FrameType::later_life : static_cast<FrameType>(frame.index() + 1);
+  constexpr std::array kTypes{FrameType::beacon,   FrameType::status,    FrameType::have, FrameType::have_request,
+                              FrameType::want,     FrameType::data,      FrameType::ping, FrameType::pong,
+                              FrameType::feedback, FrameType::later_life};  // in the order of Frame
+  static_assert(kTypes.size() == std::variant_size_v<Frame>);
+  return kTypes[frame.index()];
 }
 
 std::uint64_t body_hash(std::uint16_t kind, std::span<const std::uint8_t> body) {
   return XXH3_64bits_withSeed(body.data(), body.size(), kind);
 }
 
-Refusal Decoder::decode(std::span<const std::uint8_t> datagram) {
+void Decoder::clear() {
   frames_.clear();
   robots_.clear();
   have_.clear();
@@ -40,6 +44,16 @@ Refusal Decoder::decode(std::span<const std::uint8_t> datagram) {
   robots_.reserve(kMaxFramesBytes / kStatusEntryBytes);
   have_.reserve(kMaxFramesBytes / kHaveEntryBytes);
   want_.reserve(kMaxFramesBytes / kWantEntryBytes);
+}
+
+Refusal Decoder::decode(const Header& header, std::span<const std::uint8_t> frames) {
+  clear();
+  header_ = header;
+  return decode_frames(frames);
+}
+
+Refusal Decoder::decode(std::span<const std::uint8_t> datagram) {
+  clear();
   const Refusal verdict = read_header(datagram, header_);
   if (verdict != Refusal::count) return verdict;
   return decode_frames(datagram.subspan(kHeaderBytes));
@@ -97,6 +111,15 @@ bool Decoder::decode_frame(std::uint8_t type, std::span<const std::uint8_t> body
     case FrameType::pong:
       frames_.emplace_back(Pong{in.get<std::uint32_t>()});
       return in.done();
+    case FrameType::feedback: {
+      Feedback feedback;
+      feedback.highest = in.get<std::uint32_t>();
+      feedback.received = in.get<std::uint32_t>();
+      feedback.clock_us = in.get<std::uint32_t>();
+      feedback.delay_us = in.get<std::uint32_t>();
+      frames_.emplace_back(feedback);
+      return in.done();
+    }
     case FrameType::later_life: {
       LaterLife later;
       later.robot = get_robot(in);

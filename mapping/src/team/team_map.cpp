@@ -245,7 +245,7 @@ void TeamMap::note_gone(const Agreement& team) {
 
 void TeamMap::update_view(const Agreement& team) {
   view_.robots_known = team.robots().size();
-  view_.places_refused = places_.index().refused();
+  view_.places_left_out = places_.left_out();
   view_.robots_finished = 0;
   for (const RobotId& robot : team.robots()) view_.robots_finished += log_.find(robot)->finished ? 1 : 0;
   view_.waiting = team.waiting();
