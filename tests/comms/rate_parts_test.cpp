@@ -181,8 +181,8 @@ TEST(Airtime, ASlowNeighbourGetsAsMuchTimeAndNotAsManyBytes) {
   EXPECT_EQ(late.start(time), time);
 }
 
-std::shared_ptr<const Record> pose(std::uint32_t seq) {
-  return std::make_shared<Record>(Record{{{RobotId::from_name("a"), 1, 1}, seq}, 2, {1, 2, 3}});
+std::shared_ptr<const PushQueue::Whole> pose(std::uint32_t seq) {
+  return std::make_shared<PushQueue::Whole>(PushQueue::Whole{{{RobotId::from_name("a"), 1, 1}, seq}, 2, 9, {1, 2, 3}});
 }
 
 TEST(PushQueue, SendsAsManyCopiesAsTheLossAsksFor) {
@@ -191,14 +191,14 @@ TEST(PushQueue, SendsAsManyCopiesAsTheLossAsksFor) {
   EXPECT_EQ(PushQueue::copies(0.1), 3u);
   EXPECT_EQ(PushQueue::copies(0.9), 4u);
   PushQueue queue;
-  EXPECT_TRUE(queue.push(pose(0), 9, kStart, 0.1));
+  EXPECT_TRUE(queue.push(pose(0), kStart, 0.1));
   EXPECT_TRUE(queue.due(kStart));
   EXPECT_EQ(queue.front().id.seq, 0u);
   EXPECT_EQ(queue.front().total_bytes, 3u);
   queue.sent(kStart);
   EXPECT_FALSE(queue.due(kStart));
   EXPECT_EQ(queue.next(), kStart + PushQueue::kApart);
-  EXPECT_TRUE(queue.push(pose(1), 9, kStart + 1ms, 0.0));
+  EXPECT_TRUE(queue.push(pose(1), kStart + 1ms, 0.0));
   EXPECT_EQ(queue.front().id.seq, 1u) << "news go before copies that are due later";
   queue.sent(kStart + 1ms);
   queue.sent(kStart + 4ms);
@@ -210,8 +210,8 @@ TEST(PushQueue, SendsAsManyCopiesAsTheLossAsksFor) {
 
 TEST(PushQueue, ManyAtOnceAreNoNews) {
   PushQueue queue;
-  for (std::uint32_t i = 0; i < PushQueue::kMost; ++i) EXPECT_TRUE(queue.push(pose(i), 9, kStart, 0.0));
-  EXPECT_FALSE(queue.push(pose(99), 9, kStart, 0.0));
+  for (std::uint32_t i = 0; i < PushQueue::kMost; ++i) EXPECT_TRUE(queue.push(pose(i), kStart, 0.0));
+  EXPECT_FALSE(queue.push(pose(99), kStart, 0.0));
 }
 
 // A link by hand: what is sent now comes `way` later and is told at once.
