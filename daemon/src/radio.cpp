@@ -6,6 +6,7 @@
 #include "comms/udp/silent_port.hpp"
 #include "daemon/addresses.hpp"
 #include "daemon/clock.hpp"
+#include "daemon/identity_file.hpp"
 #include "mapping/records/finished.hpp"
 #include "mapping/records/hello.hpp"
 
@@ -77,6 +78,12 @@ Result<std::unique_ptr<Radio>> Radio::open(const Config& config, Listener listen
         "{}; this life's number is the clock's: {}; make OUT writable, or neighbours may take this life for an old one",
         begun.error().text(), life.number());
   node->incarnation = life.number();
+  auto identity = open_identity(config.out + "/identity");
+  if (!identity && config.alone())
+    log.warn("{}; this robot is alone and signs with a key for this life only", identity.error().text());
+  else if (!identity)
+    return identity.error();
+  node->identity = identity ? *identity : passing_identity();
   return std::unique_ptr<Radio>(
       new Radio(config, std::move(*node), life, std::move(*port), std::move(seal), std::move(listener), failures, log));
 }

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "comms/guard.hpp"
+#include "comms/memory_store.hpp"
 #include "comms/wire.hpp"
 #include "session/sealed_wire.hpp"
 #include "support/other_side.hpp"
