@@ -4,11 +4,14 @@
 #include <memory>
 #include <vector>
 
+#include "apply_queue.hpp"
 #include "comms/node.hpp"
 #include "comms/wire.hpp"
+#include "comms/wire/payload.hpp"
 #include "fetch/fetcher.hpp"
 #include "hal/base/splitmix.hpp"
 #include "hash_cache.hpp"
+#include "notary.hpp"
 #include "pacer.hpp"
 #include "peer/peer.hpp"
 #include "team_table.hpp"
@@ -62,10 +65,13 @@ struct Node::Impl {
   void on_have(Peer& peer, const Session::Arrival& arrival, const wire::Have& have);
   void on_have(Peer& peer, const wire::HaveEntry& entry);
   void tell_author(const LogId& log);
+  void judge_again();
   void on_have_request(Peer& peer);
   void on_want(Peer& peer, const wire::Want& want);
   void on_data(Peer& peer, const wire::Data& data);
   void on_feedback(Peer& peer, const wire::Feedback& feedback);
+  void on_head(Peer& peer, const wire::Head& head);
+  void take_fetched();
   void on_pong(Peer& peer, const wire::Pong& pong);
   void on_later_life(const wire::LaterLife& later);
 
@@ -75,6 +81,7 @@ struct Node::Impl {
   void peer_down(Peer& peer);
   void changed();  // something that beacons tell
   void beacon_all();
+  void seek();
   bool all_consistent() const;
   void tell_all(Peer& peer);
   Instant next_deadline() const;
@@ -91,6 +98,7 @@ struct Node::Impl {
   Peer* next_to_serve();
   bool build_push(OutgoingDatagram& datagram);
   void put_feedback(wire::Encoder& out, Peer& peer);
+  std::optional<std::size_t> put_fragment(wire::Encoder& out, ServeQueue& queue, std::uint8_t lane);
   void put_beacon(wire::Encoder& out);
   void put_status(wire::Encoder& out, const RobotId& except, RobotId& cursor);
   void put_round_trip(wire::Encoder& out, Peer& peer);
@@ -108,6 +116,7 @@ struct Node::Impl {
   Refusal last_refusal = Refusal::count;
   Peers peers;
   std::uint32_t counted_to = 1;  // by sessions with peers that are forgotten: nobody's count begins below
+  Notary notary;
   Fetcher fetcher;
   TeamTable team;
   std::optional<IdConflict> conflict;
@@ -115,10 +124,13 @@ struct Node::Impl {
   std::uint64_t frontier_digest = 0;
   std::map<LogId, std::vector<std::uint8_t>> hops;
   HashCache hashes;
-  std::deque<std::shared_ptr<const Record>> applied;
+  ApplyQueue applied;
+  std::deque<Complaint> complaints;
+  wire::FragmentBuffer fragment_scratch{};
   wire::Decoder decoder;
   bool plan_due = false;
-  Trickle trickle;
+  Trickle trickle;  // to those who are here
+  Trickle seeking;  // to the group, and to configured peers who are silent: short, and in shorter intervals
   SplitMix random;  // jitter, and tokens
   bool group_due = false;
   std::uint32_t group_counter = 1;
@@ -130,7 +142,6 @@ struct Node::Impl {
   };
   std::deque<Answer> answers;
   std::uint32_t answer_counter = 1;
-  RobotId group_cursor;
   // Sending
   Pacer pacer;
   Endpoint control_cursor;

@@ -41,6 +41,8 @@ Peer* Node::Impl::speaker(const Endpoint& from, std::size_t bytes) {
 
 void Node::Impl::hear(Peer& peer, const Session::Arrival& arrival, std::size_t bytes) {
   peer.asks.is_there();
+  peer.who.asked_until.reset();
+  peer.who.doubtful = false;
   if (!peer.who.alive) peer_up(peer);
   if (arrival.unicast) {
     const auto data = std::ranges::count_if(
@@ -62,6 +64,8 @@ void Node::Impl::peer_up(Peer& peer) {
   // The author is here itself: what others told of later lives of it is not asked for any longer.
   fetcher.abandon(
       [&](const LogId& log) { return log.robot == peer.who.robot && log.incarnation > peer.who.incarnation; });
+  // And what they told of a life that it has begun now was refused until now.
+  judge_again();
   tell_all(peer);
   for (const auto& [log, count] : peer.frontier.logs())
     if (count > held(log) && judge(log) == Refusal::count) fetcher.offered(log);
@@ -82,6 +86,7 @@ void Node::Impl::on_frame(Peer& peer, const Session::Arrival& arrival, const wir
     void operator()(const wire::HaveRequest&) const { node.on_have_request(peer); }
     void operator()(const wire::Want& f) const { node.on_want(peer, f); }
     void operator()(const wire::Data& f) const { node.on_data(peer, f); }
+    void operator()(const wire::Head& f) const { node.on_head(peer, f); }
     void operator()(const wire::Ping& f) const { peer.pings.answer_due = f.token; }
     void operator()(const wire::Pong& f) const { node.on_pong(peer, f); }
     void operator()(const wire::Feedback& f) const { node.on_feedback(peer, f); }
@@ -141,10 +146,22 @@ void Node::Impl::on_have(Peer& peer, const wire::HaveEntry& entry) {
 }
 
 // Somebody believes in a later life of a neighbour of ours than the one in which it lives. It shall hear of that: when
-// it goes on after that number, all believe it again.
+// it goes on after that number, all believe it again. Or it went away and lives on elsewhere: then it does not answer.
 void Node::Impl::tell_author(const LogId& log) {
+  constexpr auto kPatience = std::chrono::milliseconds(600);
+  for (auto& [endpoint, peer] : peers) {
+    if (!peer.who.alive || peer.who.robot != log.robot) continue;
+    peer.outbox.tell_later_life(now, log.incarnation);
+    if (peer.who.asked_until) continue;
+    peer.who.asked_until = now + kPatience;
+    peer.pings.due = true;
+  }
+}
+
+// Whether an author lives here has changed, and with it what is believed of what others tell.
+void Node::Impl::judge_again() {
   for (auto& [endpoint, peer] : peers)
-    if (peer.who.alive && peer.who.robot == log.robot) peer.outbox.tell_later_life(now, log.incarnation);
+    if (peer.who.alive) peer.frontier.judge_again(now);
 }
 
 void Node::Impl::on_have_request(Peer& peer) {
@@ -159,18 +176,36 @@ void Node::Impl::on_want(Peer& peer, const wire::Want& want) {
       refuse(Refusal::want_unknown);
       continue;
     }
-    const auto count = wire::fragments_of(static_cast<std::uint32_t>(record->body.size()));
-    const std::uint32_t end = std::min<std::uint32_t>(count, std::uint32_t{entry.first} + entry.count);
+    const auto count = wire::fragments_of(wire::payload_bytes(*record));
+    std::uint32_t end = std::min<std::uint32_t>(count, std::uint32_t{entry.first} + entry.count);
+    if (record->dropped) end = std::uint32_t{entry.first} + 1;  // its head, whatever part was asked for
     if (entry.first >= end) continue;
     const auto way = hops_of(entry.id).value_or(0);
-    if (peer.serve.push(record, hashes.of(*record), way, entry.first, end, credit) == ServeQueue::Answer::over_credit)
+    if (peer.serve.push(entry.id, way, entry.first, end, credit) == ServeQueue::Answer::over_credit)
       refuse(Refusal::want_over_credit);
   }
 }
 
 void Node::Impl::on_data(Peer& peer, const wire::Data& data) {
   fetcher.on_data(now, peer, data);
+  take_fetched();
+}
+
+void Node::Impl::on_head(Peer& peer, const wire::Head& head) {
+  fetcher.on_head(now, peer, head);
+  take_fetched();
+}
+
+void Node::Impl::take_fetched() {
+  constexpr std::size_t kMostComplaints = 64;
   for (const Fetcher::Stored& record : fetcher.take_stored()) stored(record.id, record.hops);
+  for (const Fetcher::Spoilt& spoilt : fetcher.take_spoilt()) {
+    const auto from = peers.find(spoilt.from);
+    if (from != peers.end() && spoilt.reason != Refusal::forked) from->second.asks.avoid(now);
+    if (complaints.size() == kMostComplaints) complaints.pop_front();
+    const RobotId robot = from == peers.end() ? RobotId{} : from->second.who.robot;
+    complaints.push_back({spoilt.reason, spoilt.id, robot, spoilt.from});
+  }
   plan_due = true;
 }
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "comms/guard.hpp"
+#include "comms/memory_store.hpp"
 #include "comms/wire.hpp"
 #include "session/sealed_wire.hpp"
 #include "support/other_side.hpp"

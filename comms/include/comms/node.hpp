@@ -13,6 +13,7 @@
 #include "comms/datagram_port.hpp"
 #include "comms/endpoint.hpp"
 #include "comms/frontier.hpp"
+#include "comms/identity.hpp"
 #include "comms/log_store.hpp"
 #include "comms/status.hpp"
 #include "hal/base/ids.hpp"
@@ -26,6 +27,7 @@ struct NodeConfig {
   // One life of this robot, from 1 to 2^63 - 1; a later start must use a greater one, so it comes from a counter that
   // is kept. outlived() tells when neighbours know a later one.
   std::uint64_t incarnation = 1;
+  std::optional<Identity> identity{};           // what own records are signed with; without one nothing can be appended
   std::vector<Endpoint> peers;                  // greeted from the start; others are accepted when they greet us
   std::optional<Endpoint> group;                // multicast group for beacons
   std::uint64_t bytes_per_second = 16'000'000;  // of record bodies at most, over all neighbours
@@ -37,7 +39,7 @@ struct NodeConfig {
   Duration neighbour_timeout = std::chrono::seconds(20);
   // Asked for and not yet arrived, from one neighbour: so much at first, and more on a way that is fast and long.
   std::size_t credit_bytes = 256u << 10, most_credit_bytes = 2u << 20;
-  std::size_t reassembly_bytes = 16u << 20;  // incomplete or out of order records
+  std::size_t reassembly_bytes = 4u << 20;  // incomplete or out of order records
   // Configured peers always have their place; of the other neighbours of one address there may be a quarter of
   // max_neighbours.
   std::size_t max_neighbours = 32;
@@ -55,9 +57,11 @@ struct NeighbourStatus {
   double loss = 0.0;      // estimate of datagrams lost on the way from there to here, 0..1
   Duration round_trip{};  // smoothed; 0 when not measured yet
   std::uint64_t bytes_in = 0, bytes_out = 0;
-  double rate = 0.0;                                  // bytes a second at which data may go there now
-  Duration queue{};                                   // that data wait on the way there; 0 when not measured
-  double loss_there = 0;                              // of datagrams on the way there, as it says itself, 0..1
+  double rate = 0.0;      // bytes a second at which data may go there now
+  Duration queue{};       // that data wait on the way there; 0 when not measured
+  double loss_there = 0;  // of datagrams on the way there, as it says itself, 0..1
+  // Of record bodies, in whole fragments: asked of it and not come yet; asked by it and not sent yet.
+  std::uint64_t asked_bytes = 0, queued_bytes = 0;
   std::uint64_t frontier_digest = 0, map_digest = 0;  // as it last said itself
   std::uint8_t flags = 0;
 };
@@ -75,6 +79,14 @@ struct IdConflict {
   Endpoint where;
   std::uint64_t incarnation = 0;
   Instant when{};
+};
+
+// Somebody served what is not its author's: a lie, or an author that signs two histories (forked).
+struct Complaint {
+  Refusal reason = Refusal::count;  // bad_signature, second_key or forked
+  RecordId record;
+  RobotId from;  // the neighbour that served it
+  Endpoint endpoint;
 };
 
 // One robot's side of the protocol (comms/PROTOCOL.md), as a pure function of bytes and `now`: no clock, socket or
@@ -122,6 +134,12 @@ class Node {
 
   bool next_outgoing(OutgoingDatagram& datagram);            // false: nothing to send at the last `now`
   bool next_applied(std::shared_ptr<const Record>& record);  // each stored record once, own and others', in log order
+
+  // About records that were refused; the latest 64.
+  std::optional<Complaint> next_complaint();
+  // Somebody vouches that this is the key of this robot, as a session with it does. False: another one counts here.
+  bool pin(const RobotId& robot, const PublicKey& key);
+  std::optional<PublicKey> key_of(const RobotId& robot) const;  // that its records are signed with
 
   const VersionVector& frontier() const;
   std::uint64_t frontier_digest() const;  // digest(frontier())

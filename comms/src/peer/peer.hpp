@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 
 #include "comms/endpoint.hpp"
 #include "fetch/ask_ledger.hpp"
@@ -27,6 +28,9 @@ struct Speaker {
   bool proved = false;            // it has named our life, so it hears us at this address
   bool alive = false;             // proved, and heard within the time limit
   Instant last_heard{};
+  // Others tell of a later life of it: until then it is asked whether it is still there; after silence it is doubtful.
+  std::optional<Instant> asked_until{};
+  bool doubtful = false;
 };
 
 // What it says about itself in beacons, the digest of its frontier aside.

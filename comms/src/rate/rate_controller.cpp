@@ -18,9 +18,9 @@ constexpr Duration kStartQueue = milliseconds(8);  // so much waits: the way is 
 constexpr double kFaster = 1.25;                   // less growth than this three times in a row: the way is full
 constexpr int kNoFaster = 6;                       // feedbacks, about three round trips
 constexpr Duration kDrainEvery = std::chrono::seconds(5);
-constexpr Duration kSoonest = milliseconds(500);    // a drain because of losses
-constexpr Duration kTogether = milliseconds(1000);  // a drain with somebody else
-constexpr Duration kStale = std::chrono::seconds(10);   // without feedback: clocks drift, ways change
+constexpr Duration kSoonest = milliseconds(500);       // a drain because of losses
+constexpr Duration kTogether = milliseconds(1000);     // a drain with somebody else
+constexpr Duration kStale = std::chrono::seconds(10);  // without feedback: clocks drift, ways change
 constexpr Duration kSilence = milliseconds(300), kProbe = milliseconds(100);
 constexpr Duration kTrain = milliseconds(2);
 constexpr double kTrainBytes = 7.0 * 1220;  // beside the first
