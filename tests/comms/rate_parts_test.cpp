@@ -43,8 +43,10 @@ TEST(QueueDelay, IsWhatComesOnTopOfTheShortestWay) {
 
 // Drains the queue, which has `standing` left at its end, after it had 20 ms more.
 Instant drain(QueueDelay& delay, Instant now, Duration way) {
+  delay.sample(now, way + 20ms);
+  delay.sample(now, way + 20ms);
   delay.begin_drain(now);
-  for (Duration queue = 20ms; !delay.drained(now); queue = std::max<Duration>(queue - 5ms, 0ms)) {
+  for (Duration queue = 15ms; !delay.drained(now); queue = std::max<Duration>(queue - 5ms, 0ms)) {
     now += 10ms;
     delay.sample(now, way + queue);
   }
@@ -56,7 +58,7 @@ TEST(QueueDelay, ALongerWayIsBelievedAfterThreeDrains) {
   QueueDelay delay;
   delay.sample(kStart, 10ms);
   Instant now = drain(delay, kStart, 10ms);
-  EXPECT_GE(now - kStart, 60ms) << "it goes on until nothing gets shorter";
+  EXPECT_GE(now - kStart, 50ms) << "it goes on until nothing gets shorter";
   EXPECT_LE(now - kStart, 100ms);
   for (int i = 0; i < 3; ++i) {
     EXPECT_EQ(delay.queue(), i == 0 ? 0ms : 30ms);
@@ -280,10 +282,10 @@ TEST(RateController, KeepsItsBounds) {
     EXPECT_LE(slow.rate.bytes_per_second(), 50'000.0);
   }
   Told lossy({.least = 20'000, .first = 125'000, .most = 1e6});
-  for (int i = 0; i < 3000; ++i) {
-    for (int k = 0; k < 4; ++k) lossy.send();
-    lossy.now += 10ms;
-    lossy.tell();
+  for (const Instant end = lossy.now + 60s; lossy.now < end; lossy.now += 1ms) {
+    if (!lossy.rate.open(lossy.now)) continue;
+    lossy.send();
+    if (lossy.counter % 4 == 0) lossy.tell();
   }
   EXPECT_EQ(lossy.rate.bytes_per_second(), 20'000.0) << "three of four were lost: the breaker, second after second";
 }
