@@ -33,6 +33,20 @@ constexpr std::array<Texts, kRefusalCount> kTexts{{
     {Refusal::duplicate, "duplicate", "a datagram that was seen before", true},
     {Refusal::too_old, "too_old", "a datagram that is too late", true},
     {Refusal::counter_jump, "counter_jump", "a datagram whose counter is far ahead, until the next confirms it", true},
+    {Refusal::not_sealed, "not_sealed", "a plain datagram, although this team has a key"},
+    {Refusal::bad_size, "bad_size", "a datagram that has not the size of its type"},
+    {Refusal::bad_mac, "bad_mac", "a handshake by somebody who does not know the team's key"},
+    {Refusal::under_load, "under_load", "a handshake, while there are many; it shall come again with a cookie"},
+    {Refusal::busy, "busy", "a handshake beyond what one second may cost"},
+    {Refusal::bad_handshake, "bad_handshake", "a handshake that is none, or that nobody here began", true},
+    {Refusal::bad_cookie, "bad_cookie", "a cookie that nobody here asked for", true},
+    {Refusal::bad_identity, "bad_identity", "a handshake with a greeting that its key did not sign"},
+    {Refusal::other_key, "other_key", "a robot that has another key than the one that its name belongs to"},
+    {Refusal::pins_full, "pins_full", "a robot; there is no room to remember its key"},
+    {Refusal::shut_out, "shut_out", "a robot that sent malformed datagrams too often, lately"},
+    {Refusal::unknown_session, "unknown_session", "a sealed datagram of no session that is here", true},
+    {Refusal::bad_seal, "bad_seal", "a sealed datagram that is forged, damaged, or of another team"},
+    {Refusal::wrong_name, "wrong_name", "a greeting in another robot's name than the one that was proved"},
     {Refusal::logs_full, "logs_full", "a log; there is no room for more logs"},
     {Refusal::robot_logs_full, "robot_logs_full", "a log of a robot that has too many already"},
     {Refusal::robots_full, "robots_full", "a log of a robot; there is no room for more robots"},
@@ -46,8 +60,12 @@ constexpr std::array<Texts, kRefusalCount> kTexts{{
     {Refusal::data_unasked, "data_unasked", "a part of a record that nobody asked for", true},
     {Refusal::data_conflict, "data_conflict", "parts of one record that contradict each other"},
     {Refusal::data_bad_hash, "data_bad_hash", "a record that is not what its hash says"},
+    {Refusal::bad_signature, "bad_signature", "a record that is not signed by who is said to have written it"},
+    {Refusal::second_key, "second_key", "a record signed by another key than the one that is known of its robot"},
+    {Refusal::forked, "forked", "a record of a robot that signed two different ones in one place of its log"},
     {Refusal::reassembly_full, "reassembly_full", "a part of a record; there is no room to put it together"},
     {Refusal::store_refused, "store_refused", "a record of another robot; the store has no room"},
+    {Refusal::unreadable, "unreadable", "a record that is held here and cannot be read back from the disk"},
     {Refusal::append_refused, "append_refused", "a record of this robot; it is too large or the store has no room"},
 }};
 
@@ -77,6 +95,10 @@ std::string_view name(FrameType type) {
       return "ping";
     case FrameType::pong:
       return "pong";
+    case FrameType::feedback:
+      return "feedback";
+    case FrameType::head:
+      return "head";
     case FrameType::later_life:
       return "later_life";
   }

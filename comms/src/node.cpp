@@ -10,6 +10,8 @@
 namespace onemap::comms {
 
 namespace {
+constexpr auto kSeekInterval = std::chrono::milliseconds(700);
+
 std::uint64_t seed_of(const RobotId& robot, std::uint64_t incarnation) {
   std::uint64_t seed = incarnation;
   for (auto byte : robot.bytes) seed = seed * 31 + byte;
@@ -17,13 +19,21 @@ std::uint64_t seed_of(const RobotId& robot, std::uint64_t incarnation) {
 }
 }  // namespace
 
+RateBounds rate_bounds(const NodeConfig& config) {
+  RateBounds bounds;
+  bounds.least = static_cast<double>(std::max<std::uint64_t>(config.link_least_bytes_per_second, 1'000));
+  bounds.most = std::max(bounds.least, static_cast<double>(config.link_most_bytes_per_second));
+  return bounds;
+}
+
 Node::Impl::Impl(NodeConfig config_, LogStore& store_)
     : config(std::move(config_)),
       store(store_),
-      fetcher({config.credit_bytes, config.reassembly_bytes}, store, counters,
+      fetcher({config.credit_bytes, config.most_credit_bytes, config.reassembly_bytes}, store, notary, counters,
               [this](const LogId& log) { return judge(log); }),
       team(config.self, config.incarnation, config.max_robots, config.max_neighbours),
       trickle(config.beacon_min, config.beacon_max),
+      seeking(config.beacon_min, std::min<Duration>(config.beacon_max, kSeekInterval)),
       random(seed_of(config.self, config.incarnation)),
       pacer(config.bytes_per_second, config.train_datagrams) {
   assert(wire::is_life(config.incarnation) && config.self.valid());
@@ -31,9 +41,12 @@ Node::Impl::Impl(NodeConfig config_, LogStore& store_)
     Peer& peer = peers[endpoint];
     peer.endpoint = endpoint;
     peer.configured = true;
+    peer.rate = RateController(rate_bounds(config));
   }
-  store.scan([this](const std::shared_ptr<const Record>& record) { applied.push_back(record); });
+  if (config.identity) notary.pin(config.self, config.identity->public_key());
+  notary.start(store);
   for (const auto& [log, count] : store.frontier()) {
+    applied.push(log, 0, count);
     hops[log].assign(count, 0);
     team.recorded(log, true, now);
     frontier_digest += entry_digest(log, count);
@@ -53,9 +66,11 @@ void Node::Impl::advance(Instant to) {
 
 Refusal Node::Impl::judge(const LogId& log) const {
   if (!wire::is_life(log.incarnation)) return Refusal::bad_incarnation;
+  if (notary.barred(log)) return Refusal::forked;
   if (log.robot == config.self && log.incarnation > config.incarnation) return Refusal::later_life;
   const Peer* author = living(log.robot);
-  if (author != nullptr && log.incarnation > author->who.incarnation) return Refusal::contradicts_author;
+  if (author != nullptr && !author->who.doubtful && log.incarnation > author->who.incarnation)
+    return Refusal::contradicts_author;
   if (held(log) > 0) return Refusal::count;
   if (store.frontier().size() >= config.max_logs) return Refusal::logs_full;
   if (!team.room_for(log.robot, author != nullptr)) return Refusal::robots_full;
@@ -76,7 +91,11 @@ Result<RecordId> Node::Impl::append(std::uint8_t lane, std::uint16_t kind, std::
   if (body.size() > kMaxRecordBytes)
     return refused("its body has " + std::to_string(body.size()) + " bytes; a record holds at most " +
                    std::to_string(kMaxRecordBytes));
-  if (auto kept = store.append({id, kind, std::move(body)}); !kept) return refused(kept.error().text());
+  if (!config.identity) return refused("this robot has no key to sign it with");
+  Record record{id, kind, std::move(body), {}, {}};
+  const Hash hash = notary.seal_next(record, *config.identity);
+  if (auto kept = store.append(record); !kept) return refused(kept.error().text());
+  notary.took(record, hash);
   if (auto kept = store.sync(); !kept) return refused(kept.error().text());  // durable before anybody hears of it
   ++counters.records_appended;
   stored(id, 0);
@@ -85,18 +104,32 @@ Result<RecordId> Node::Impl::append(std::uint8_t lane, std::uint16_t kind, std::
 
 void Node::Impl::stored(const RecordId& id, std::uint8_t hop_count) {
   constexpr auto kHaveGap = std::chrono::milliseconds(5), kHaveIdle = std::chrono::milliseconds(50);
-  applied.push_back(store.find(id));
+  applied.push(id.log, id.seq, id.seq + 1);
   hops[id.log].push_back(hop_count);
   team.recorded(id.log, id.seq == 0, now);
   frontier_digest += entry_digest(id.log, id.seq + 1) - entry_digest(id.log, id.seq);
+  push(id);
   for (auto& [endpoint, peer] : peers) {
     if (!peer.who.alive) continue;
-    const bool lacks_it = peer.frontier.count(id.log) <= id.seq;
+    const bool lacks_it = peer.frontier.count(id.log) <= id.seq && !peer.push.holds(id);
     peer.outbox.tell(id.log, lacks_it ? std::max(now, peer.outbox.last_have() + kHaveGap) : now + kHaveIdle);
   }
   const RobotStatus& own = team.own();
   team.set_own(frontier_digest, own.map_digest, own.flags);
   changed();
+}
+
+// Whoever is told of it later will mostly have it by then.
+void Node::Impl::push(const RecordId& id) {
+  if (id.log.robot != config.self || id.log.incarnation != config.incarnation || id.log.lane > wire::kLastPushedLane)
+    return;
+  const auto record = store.find(id);
+  if (record == nullptr || record->dropped || wire::fragments_of(wire::payload_bytes(*record)) != 1) return;
+  const auto payload = wire::fragment_of(*record, 0, fragment_scratch);
+  const auto whole = std::make_shared<const PushQueue::Whole>(
+      PushQueue::Whole{id, record->kind, hashes.of(*record), {payload.begin(), payload.end()}});
+  for (auto& [endpoint, peer] : peers)
+    if (peer.who.alive) peer.push.push(whole, now, std::max(peer.rate.loss(), peer.session.loss()));
 }
 
 std::optional<std::uint8_t> Node::Impl::hops_of(const RecordId& id) const {
@@ -133,11 +166,23 @@ void Node::set_local_status(Instant now, std::uint64_t map_digest, std::uint8_t 
 bool Node::next_outgoing(OutgoingDatagram& datagram) { return impl_->next_outgoing(datagram); }
 
 bool Node::next_applied(std::shared_ptr<const Record>& record) {
-  if (impl_->applied.empty()) return false;
-  record = std::move(impl_->applied.front());
-  impl_->applied.pop_front();
-  return true;
+  while (const auto id = impl_->applied.pop()) {
+    record = impl_->store.find(*id);
+    if (record != nullptr) return true;
+    impl_->refuse(Refusal::unreadable);
+  }
+  return false;
 }
+
+std::optional<Complaint> Node::next_complaint() {
+  if (impl_->complaints.empty()) return std::nullopt;
+  const Complaint complaint = impl_->complaints.front();
+  impl_->complaints.pop_front();
+  return complaint;
+}
+
+bool Node::pin(const RobotId& robot, const PublicKey& key) { return impl_->notary.pin(robot, key); }
+std::optional<PublicKey> Node::key_of(const RobotId& robot) const { return impl_->notary.key_of(robot); }
 
 const VersionVector& Node::frontier() const { return impl_->store.frontier(); }
 std::uint64_t Node::frontier_digest() const { return impl_->frontier_digest; }
@@ -148,6 +193,8 @@ std::vector<NeighbourStatus> Node::neighbours() const {
     if (peer.who.incarnation == 0) continue;
     all.push_back({peer.who.robot, peer.who.incarnation, endpoint, peer.who.alive, peer.who.last_heard,
                    peer.session.loss(), peer.round_trip.smoothed(), peer.bytes_in, peer.bytes_out,
+                   peer.rate.bytes_per_second(), peer.rate.queue(), peer.rate.loss(),
+                   peer.asks.outstanding() * wire::kFragmentBytes, peer.serve.queued_bytes(),
                    peer.frontier.claimed_digest(), peer.word.map_digest, peer.word.flags});
   }
   return all;
@@ -206,6 +253,11 @@ std::vector<Endpoint> Node::peers_never_heard() const {
 
 std::optional<IdConflict> Node::id_conflict() const { return impl_->conflict; }
 std::optional<std::uint64_t> Node::outlived() const { return impl_->outlived; }
+
+std::uint32_t Node::held_by(const RobotId& neighbour, const LogId& log) const {
+  const Peer* peer = impl_->living(neighbour);
+  return peer == nullptr ? 0 : peer->frontier.count(log);
+}
 
 bool Node::delivered(std::uint8_t up_to_lane) const {
   for (const auto& [endpoint, peer] : impl_->peers) {

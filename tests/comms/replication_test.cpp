@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <string>
 
+#include "comms/memory_store.hpp"
 #include "comms/wire.hpp"
 #include "sim_net.hpp"
 
@@ -149,7 +150,10 @@ TEST(Replication, LargestRecordCrossesALine) {
 
 TEST(Replication, OwnRecordsThatCannotBeKeptAreRefusedWithTheReason) {
   MemoryStore store(2'000);
-  Node node({.self = RobotId::from_name("a"), .peers = {}, .group = {}}, store);
+  NodeConfig config;
+  config.self = RobotId::from_name("a");
+  config.identity = sim::identity_of(config.self);
+  Node node(config, store);
   const auto why = [&](std::uint8_t lane, std::size_t bytes) {
     const auto refused = node.append(Instant{}, lane, 1, std::vector<std::uint8_t>(bytes));
     return refused.ok() ? "kept" : refused.error().text();
@@ -202,8 +206,10 @@ TEST(Replication, WhoseRecordsAreMissingIsKnown) {
 TEST(Replication, ANodeOnAnOldStoreGivesEachRobotTimeToShowUp) {
   MemoryStore store(1u << 20);
   const RobotId other = RobotId::from_name("other");
-  ASSERT_TRUE(store.append({{{other, 0, 4}, 0}, 1, {}}));
-  Node node({.self = RobotId::from_name("a"), .peers = {}, .group = {}}, store);
+  ASSERT_TRUE(store.append(sim::SignedLogs().next({other, 0, 4}, 1, {})));
+  NodeConfig config;
+  config.self = RobotId::from_name("a");
+  Node node(config, store);
   const Instant start{1000s};
   node.on_timer(start);
   EXPECT_EQ(node.presence(start + 1s).at(other).last_sign, start);
@@ -354,7 +360,7 @@ TEST(Replication, FullStoreRefusesVoxelsAndKeepsPosesComing) {
       [&] { return net.node(1).frontier().contains(poses) && net.node(1).frontier().at(poses) == 30; }, 10s));
   net.run_for(5s);
   EXPECT_GT(net.node(1).counters().of(Refusal::store_refused), 0u);
-  EXPECT_LE(net[1].store->used(), 500'000u);
+  EXPECT_LE(net[1].store->bytes(), 500'000u);
   EXPECT_THAT(net.node(1).store_full(), testing::HasSubstr("network.store_budget_mb"));
   EXPECT_EQ(net.node(0).store_full(), "");
   EXPECT_LT(net.node(1).counters().bytes_received, 1'500'000u);  // what has no room is not fetched again and again

@@ -15,11 +15,15 @@ enum class FrameType : std::uint8_t {
   data = 6,
   ping = 7,
   pong = 8,
+  feedback = 10,
+  head = 11,
   later_life = 128  // who does not know this type skips it
 };
-inline constexpr std::size_t kFrameTypeCount = 10;  // index 0 is not used
+// Types up to 14, then those from 128 on; index 0 is not used.
+inline constexpr std::size_t kFrameTypeCount = 17;
 constexpr std::size_t index_of(FrameType type) {
-  return type == FrameType::later_life ? kFrameTypeCount - 1 : static_cast<std::size_t>(type);
+  const auto number = static_cast<std::size_t>(type);
+  return number < 128 ? number : number - 128 + 15;
 }
 
 // Why a datagram, a frame or a part of one was refused. The first group throws away the whole datagram, unread.
@@ -45,6 +49,21 @@ enum class Refusal : std::uint8_t {
   duplicate,        // this datagram was already seen
   too_old,          // so late that it cannot be told from a duplicate
   counter_jump,     // so far ahead that the next datagram has to confirm it
+  // In a team with a key, before the frames are seen:
+  not_sealed,       // a plain datagram
+  bad_size,         // not the size that its type has
+  bad_mac,          // a handshake by somebody who does not know the team's key; it gets no answer
+  under_load,       // a handshake, while there are many: it got a cookie, and shall come again with it
+  busy,             // a handshake beyond what one second may cost
+  bad_handshake,    // not what the other side would have written, or no handshake that we know of
+  bad_cookie,       // an answer to nothing that we asked
+  bad_identity,     // a greeting that its own key did not sign
+  other_key,        // a robot whose name belongs to another key; people are told
+  pins_full,        // there is no room for the key of another robot
+  shut_out,         // it spoke nonsense too often, lately
+  unknown_session,  // of no session that is here (any longer)
+  bad_seal,         // forged, or damaged on the way
+  wrong_name,       // it greets in the name of another robot than the one that proved itself
   // Parts of a good datagram:
   logs_full,           // an entry of a version vector beyond max_logs
   robot_logs_full,     // an entry beyond max_logs_of_robot
@@ -58,8 +77,12 @@ enum class Refusal : std::uint8_t {
   data_unasked,        // a fragment of a record that we did not ask for (or no longer need)
   data_conflict,       // fragments of one record disagree about kind, size or hash
   data_bad_hash,       // a record was complete and its hash was wrong; thrown away and asked for again
+  bad_signature,       // a complete record is not signed by who is said to have written it
+  second_key,          // a log names another key than the one that counts for its robot
+  forked,              // its author signed two different records of one place: the log is not taken further
   reassembly_full,     // no room in the reassembly budget
   store_refused,       // the store had no room for a complete record
+  unreadable,          // a record that the store holds cannot be read back
   append_refused,      // an own record was too large or the store had no room
   count
 };
@@ -80,7 +103,9 @@ struct Counters {
   std::uint64_t body_bytes_received = 0;   // of them, bytes that were new
   std::uint64_t duplicate_body_bytes = 0;  // bytes of fragments that were already here
   std::uint64_t records_appended = 0;      // own
+  std::uint64_t records_pushed = 0;        // own, sent unasked; each copy counts
   std::uint64_t records_received = 0;      // of others, complete and stored
+  std::uint64_t records_pushed_here = 0;   // of others, that came unasked
   std::uint64_t fragments_reasked = 0;     // asked for again after a loss
   std::uint64_t records_retargeted = 0;    // asked for from another neighbour after silence
   std::uint64_t neighbours_lost = 0;       // fell silent for neighbour_timeout

@@ -13,6 +13,7 @@
 #include "comms/datagram_port.hpp"
 #include "comms/endpoint.hpp"
 #include "comms/frontier.hpp"
+#include "comms/identity.hpp"
 #include "comms/log_store.hpp"
 #include "comms/status.hpp"
 #include "hal/base/ids.hpp"
@@ -26,18 +27,24 @@ struct NodeConfig {
   // One life of this robot, from 1 to 2^63 - 1; a later start must use a greater one, so it comes from a counter that
   // is kept. outlived() tells when neighbours know a later one.
   std::uint64_t incarnation = 1;
-  std::vector<Endpoint> peers;                 // greeted from the start; others are accepted when they greet us
-  std::optional<Endpoint> group;               // multicast group for beacons
-  std::uint64_t bytes_per_second = 4'000'000;  // pacing of record bodies, over all neighbours
-  std::size_t train_datagrams = 8;             // at most this many at once
+  std::optional<Identity> identity{};           // what own records are signed with; without one nothing can be appended
+  std::vector<Endpoint> peers;                  // greeted from the start; others are accepted when they greet us
+  std::optional<Endpoint> group;                // multicast group for beacons
+  std::uint64_t bytes_per_second = 16'000'000;  // of record bodies at most, over all neighbours
+  // Data to one neighbour, IP and UDP headers included: never slower, never faster. Between, the protocol finds the
+  // rate that the way carries.
+  std::uint64_t link_least_bytes_per_second = 8'000, link_most_bytes_per_second = 125'000'000;
+  std::size_t train_datagrams = 8;  // at most this many at once
   Duration beacon_min = std::chrono::milliseconds(250), beacon_max = std::chrono::seconds(4);
   Duration neighbour_timeout = std::chrono::seconds(20);
-  std::size_t credit_bytes = 256u << 10;     // asked for and not yet arrived, from one neighbour
-  std::size_t reassembly_bytes = 16u << 20;  // incomplete or out of order records
+  // Asked for and not yet arrived, from one neighbour: so much at first, and more on a way that is fast and long.
+  std::size_t credit_bytes = 256u << 10, most_credit_bytes = 2u << 20;
+  std::size_t reassembly_bytes = 4u << 20;  // incomplete or out of order records
   // Configured peers always have their place; of the other neighbours of one address there may be a quarter of
   // max_neighbours.
   std::size_t max_neighbours = 32;
   std::size_t max_robots = 1024;                         // that count: see team()
+  bool sealed = false;                                   // a Guard stands between this node and the network
   std::size_t max_logs = 4096, max_logs_of_robot = 256;  // a life of a robot has up to kLaneCount logs
 };
 
@@ -50,6 +57,11 @@ struct NeighbourStatus {
   double loss = 0.0;      // estimate of datagrams lost on the way from there to here, 0..1
   Duration round_trip{};  // smoothed; 0 when not measured yet
   std::uint64_t bytes_in = 0, bytes_out = 0;
+  double rate = 0.0;      // bytes a second at which data may go there now
+  Duration queue{};       // that data wait on the way there; 0 when not measured
+  double loss_there = 0;  // of datagrams on the way there, as it says itself, 0..1
+  // Of record bodies, in whole fragments: asked of it and not come yet; asked by it and not sent yet.
+  std::uint64_t asked_bytes = 0, queued_bytes = 0;
   std::uint64_t frontier_digest = 0, map_digest = 0;  // as it last said itself
   std::uint8_t flags = 0;
 };
@@ -67,6 +79,14 @@ struct IdConflict {
   Endpoint where;
   std::uint64_t incarnation = 0;
   Instant when{};
+};
+
+// Somebody served what is not its author's: a lie, or an author that signs two histories (forked).
+struct Complaint {
+  Refusal reason = Refusal::count;  // bad_signature, second_key or forked
+  RecordId record;
+  RobotId from;  // the neighbour that served it
+  Endpoint endpoint;
 };
 
 // One robot's side of the protocol (comms/PROTOCOL.md), as a pure function of bytes and `now`: no clock, socket or
@@ -92,6 +112,20 @@ class Node {
   void on_timer(Instant now);
   Instant next_deadline() const;  // call on_timer then, or earlier
 
+  // For a Guard, in place of on_datagram: it has proved who speaks, and takes each datagram once. Refusal::count:
+  // taken; else why not, counted.
+  struct Proof {
+    RobotId robot;
+    std::uint64_t incarnation = 0;
+    std::uint64_t counter = 0;  // later datagrams of one sender have greater ones
+    std::size_t bytes = 0;      // of the datagram
+    double loss = 0.0;          // of what came from there, 0..1
+    bool group = false;         // anybody of the team may have sealed it
+  };
+  Refusal on_session(Instant now, const Endpoint& from, const Proof& proof);  // one begins: a proved neighbour
+  Refusal on_sealed(Instant now, const Endpoint& from, const Proof& proof, std::span<const std::uint8_t> frames);
+  void on_moved(Instant now, const Endpoint& from, const Endpoint& to);  // a neighbour has another address now
+
   // Writes the next record of the own log of this lane. The error says why it cannot: the body is larger than
   // kMaxRecordBytes, or the lane is unknown, or the store has no room (in its words); counted.
   Result<RecordId> append(Instant now, std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body);
@@ -100,6 +134,12 @@ class Node {
 
   bool next_outgoing(OutgoingDatagram& datagram);            // false: nothing to send at the last `now`
   bool next_applied(std::shared_ptr<const Record>& record);  // each stored record once, own and others', in log order
+
+  // About records that were refused; the latest 64.
+  std::optional<Complaint> next_complaint();
+  // Somebody vouches that this is the key of this robot, as a session with it does. False: another one counts here.
+  bool pin(const RobotId& robot, const PublicKey& key);
+  std::optional<PublicKey> key_of(const RobotId& robot) const;  // that its records are signed with
 
   const VersionVector& frontier() const;
   std::uint64_t frontier_digest() const;  // digest(frontier())
@@ -119,6 +159,8 @@ class Node {
   // believed. Never 2^63 or more.
   std::optional<std::uint64_t> outlived() const;
 
+  // How many records of this log a neighbour says that it holds, without a gap.
+  std::uint32_t held_by(const RobotId& neighbour, const LogId& log) const;
   // All living neighbours have confirmed to hold all own records of lanes 0 to up_to_lane.
   bool delivered(std::uint8_t up_to_lane) const;
   std::size_t records_missing() const;   // that living neighbours say they hold and this robot does not, yet

@@ -5,10 +5,14 @@
 namespace onemap::comms::wire {
 
 namespace {
+template <std::size_t N>
+void get_bytes(ByteReader& in, std::array<std::uint8_t, N>& out) {
+  const auto bytes = in.bytes(N);
+  std::copy(bytes.begin(), bytes.end(), out.begin());
+}
 RobotId get_robot(ByteReader& in) {
   RobotId robot;
-  const auto bytes = in.bytes(robot.bytes.size());
-  std::copy(bytes.begin(), bytes.end(), robot.bytes.begin());
+  get_bytes(in, robot.bytes);
   return robot;
 }
 LogId get_log(ByteReader& in) {
@@ -25,14 +29,18 @@ std::uint32_t fragment_size(std::uint32_t total, std::uint32_t fragment) {
 }  // namespace
 
 FrameType type_of(const Frame& frame) {
-  return std::holds_alternative<LaterLife>(frame) ? FrameType::later_life : static_cast<FrameType>(frame.index() + 1);
+  constexpr std::array kTypes{FrameType::beacon,   FrameType::status,     FrameType::have, FrameType::have_request,
+                              FrameType::want,     FrameType::data,       FrameType::ping, FrameType::pong,
+                              FrameType::feedback, FrameType::later_life, FrameType::head};  // in the order of Frame
+  static_assert(kTypes.size() == std::variant_size_v<Frame>);
+  return kTypes[frame.index()];
 }
 
-std::uint64_t body_hash(std::uint16_t kind, std::span<const std::uint8_t> body) {
-  return XXH3_64bits_withSeed(body.data(), body.size(), kind);
+std::uint64_t body_hash(std::uint16_t kind, std::span<const std::uint8_t> payload) {
+  return XXH3_64bits_withSeed(payload.data(), payload.size(), kind);
 }
 
-Refusal Decoder::decode(std::span<const std::uint8_t> datagram) {
+void Decoder::clear() {
   frames_.clear();
   robots_.clear();
   have_.clear();
@@ -40,6 +48,16 @@ Refusal Decoder::decode(std::span<const std::uint8_t> datagram) {
   robots_.reserve(kMaxFramesBytes / kStatusEntryBytes);
   have_.reserve(kMaxFramesBytes / kHaveEntryBytes);
   want_.reserve(kMaxFramesBytes / kWantEntryBytes);
+}
+
+Refusal Decoder::decode(const Header& header, std::span<const std::uint8_t> frames) {
+  clear();
+  header_ = header;
+  return decode_frames(frames);
+}
+
+Refusal Decoder::decode(std::span<const std::uint8_t> datagram) {
+  clear();
   const Refusal verdict = read_header(datagram, header_);
   if (verdict != Refusal::count) return verdict;
   return decode_frames(datagram.subspan(kHeaderBytes));
@@ -97,6 +115,17 @@ bool Decoder::decode_frame(std::uint8_t type, std::span<const std::uint8_t> body
     case FrameType::pong:
       frames_.emplace_back(Pong{in.get<std::uint32_t>()});
       return in.done();
+    case FrameType::feedback: {
+      Feedback feedback;
+      feedback.highest = in.get<std::uint32_t>();
+      feedback.received = in.get<std::uint32_t>();
+      feedback.clock_us = in.get<std::uint32_t>();
+      feedback.delay_us = in.get<std::uint32_t>();
+      frames_.emplace_back(feedback);
+      return in.done();
+    }
+    case FrameType::head:
+      return decode_head(body);
     case FrameType::later_life: {
       LaterLife later;
       later.robot = get_robot(in);
@@ -168,11 +197,28 @@ bool Decoder::decode_data(std::span<const std::uint8_t> body) {
   data.total_bytes = in.get<std::uint32_t>();
   data.body_hash = in.get<std::uint64_t>();
   data.fragment = in.get<std::uint16_t>();
-  if (!in.ok() || !valid(data.id.log) || data.total_bytes > kMaxRecordBytes) return false;
+  if (!in.ok() || !valid(data.id.log) || data.total_bytes > kMaxPayloadBytes) return false;
+  if (data.total_bytes < kSealBytes) return false;
   if (data.fragment >= fragments_of(data.total_bytes)) return false;
   data.bytes = in.bytes(fragment_size(data.total_bytes, data.fragment));
   frames_.emplace_back(data);
   return in.done();
+}
+
+bool Decoder::decode_head(std::span<const std::uint8_t> body) {
+  ByteReader in(body);
+  Head head;
+  RecordHead& record = head.record;
+  record.id.log = get_log(in);
+  record.id.seq = in.get<std::uint32_t>();
+  record.kind = in.get<std::uint16_t>();
+  head.hops = in.get<std::uint8_t>();
+  record.bytes = in.get<std::uint32_t>();
+  get_bytes(in, record.body);
+  get_bytes(in, record.previous);
+  get_bytes(in, head.signature);
+  frames_.emplace_back(head);
+  return in.done() && valid(record.id.log) && record.bytes <= kMaxRecordBytes;
 }
 
 }  // namespace onemap::comms::wire

@@ -4,13 +4,12 @@
 
 namespace onemap::comms::wire {
 
-Encoder::Encoder(std::span<std::uint8_t, kMaxDatagramBytes> buffer, const Header& header) : buffer_(buffer) {
+Encoder::Encoder(std::span<std::uint8_t, kMaxDatagramBytes> buffer, const Header& header)
+    : buffer_(buffer), max_frames_(header.type == DatagramType::group ? kMaxGroupFramesBytes : kMaxFramesBytes) {
   write_header(buffer, header);
 }
 
-void Encoder::put(const RobotId& robot) {
-  for (auto byte : robot.bytes) put(byte);
-}
+void Encoder::put(const RobotId& robot) { put(robot.bytes); }
 void Encoder::put(const LogId& log) {
   put(log.robot);
   put(log.lane);
@@ -93,6 +92,20 @@ bool Encoder::data(const Data& data) {
   return true;
 }
 
+bool Encoder::head(const Head& head) {
+  if (!open(FrameType::head, kHeadFrameBytes)) return false;
+  const RecordHead& record = head.record;
+  put(record.id.log);
+  put(record.id.seq);
+  put(record.kind);
+  put(head.hops);
+  put(record.bytes);
+  put(record.body);
+  put(record.previous);
+  put(head.signature);
+  return true;
+}
+
 bool Encoder::ping(std::uint32_t token) {
   if (!open(FrameType::ping, sizeof token)) return false;
   put(token);
@@ -102,6 +115,15 @@ bool Encoder::ping(std::uint32_t token) {
 bool Encoder::pong(std::uint32_t token) {
   if (!open(FrameType::pong, sizeof token)) return false;
   put(token);
+  return true;
+}
+
+bool Encoder::feedback(const Feedback& feedback) {
+  if (!open(FrameType::feedback, kFeedbackBytes)) return false;
+  put(feedback.highest);
+  put(feedback.received);
+  put(feedback.clock_us);
+  put(feedback.delay_us);
   return true;
 }
 

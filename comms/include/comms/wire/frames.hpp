@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "comms/counters.hpp"
+#include "comms/record_head.hpp"
 #include "comms/status.hpp"
 #include "hal/base/record.hpp"
 
@@ -13,7 +14,9 @@
 namespace onemap::comms::wire {
 
 inline constexpr std::size_t kFrameHeadBytes = 3;
-inline constexpr std::size_t kFragmentBytes = 1112;  // of a record's body; only the last fragment is shorter
+inline constexpr std::size_t kFragmentBytes = 1112;  // of a record's payload; only the last fragment is shorter
+inline constexpr std::uint8_t kLastPushedLane = 1;   // control and poses do not wait to be asked for
+inline constexpr std::size_t kMaxPayloadBytes = kMaxRecordBytes + kSealBytes;
 inline constexpr std::uint8_t kFirstSkippableType = 128;
 
 struct Beacon {
@@ -50,11 +53,17 @@ struct Want {
 struct Data {
   RecordId id;
   std::uint16_t kind = 0;
-  std::uint8_t hops = 0;  // links that the sender's copy came over
-  std::uint32_t total_bytes = 0;
-  std::uint64_t body_hash = 0;  // body_hash(kind, body)
+  std::uint8_t hops = 0;          // links that the sender's copy came over
+  std::uint32_t total_bytes = 0;  // of the payload: the body and then the seal
+  std::uint64_t body_hash = 0;    // body_hash(kind, payload)
   std::uint16_t fragment = 0;
   std::span<const std::uint8_t> bytes;
+};
+// A record whose body was dropped at the sender: all that its signature covers, with the body's digest.
+struct Head {
+  RecordHead record;
+  std::uint8_t hops = 0;  // links that the sender's copy came over
+  Signature signature{};
 };
 struct Ping {
   std::uint32_t token = 0;
@@ -62,13 +71,21 @@ struct Ping {
 struct Pong {
   std::uint32_t token = 0;
 };
+// What came here from who is told, while it sends data (see Arrivals). Counts and clock go round.
+struct Feedback {
+  std::uint32_t highest = 0;   // counter of the latest datagram that came
+  std::uint32_t received = 0;  // datagrams that came, each once, since it became known
+  std::uint32_t clock_us = 0;  // of who tells, of any beginning, when the latest came
+  std::uint32_t delay_us = 0;  // since then
+  bool operator==(const Feedback&) const = default;
+};
 // Somebody who holds records of a later life of `robot` tells it so.
 struct LaterLife {
   RobotId robot;
   std::uint64_t incarnation = 0;
   bool operator==(const LaterLife&) const = default;
 };
-using Frame = std::variant<Beacon, Status, Have, HaveRequest, Want, Data, Ping, Pong, LaterLife>;
+using Frame = std::variant<Beacon, Status, Have, HaveRequest, Want, Data, Ping, Pong, Feedback, LaterLife, Head>;
 FrameType type_of(const Frame& frame);
 
 inline constexpr std::size_t kBeaconBytes = 37;
@@ -76,12 +93,14 @@ inline constexpr std::size_t kStatusEntryBytes = 45;
 inline constexpr std::size_t kHaveEntryBytes = 29, kHaveFixedBytes = 8;
 inline constexpr std::size_t kWantEntryBytes = 33, kWantFixedBytes = 4;
 inline constexpr std::size_t kDataFixedBytes = 46;
+inline constexpr std::size_t kFeedbackBytes = 16;
 inline constexpr std::size_t kLaterLifeBytes = 24;
+inline constexpr std::size_t kHeadFrameBytes = 164;
 
 constexpr std::uint32_t fragments_of(std::uint32_t total_bytes) {
   return std::max<std::uint32_t>(1, (total_bytes + kFragmentBytes - 1) / kFragmentBytes);
 }
-// XXH3-64 of the body with the kind as the seed.
-std::uint64_t body_hash(std::uint16_t kind, std::span<const std::uint8_t> body);
+// XXH3-64 of the payload with the kind as the seed.
+std::uint64_t body_hash(std::uint16_t kind, std::span<const std::uint8_t> payload);
 
 }  // namespace onemap::comms::wire
