@@ -33,6 +33,20 @@ constexpr std::array<Texts, kRefusalCount> kTexts{{
     {Refusal::duplicate, "duplicate", "a datagram that was seen before", true},
     {Refusal::too_old, "too_old", "a datagram that is too late", true},
     {Refusal::counter_jump, "counter_jump", "a datagram whose counter is far ahead, until the next confirms it", true},
+    {Refusal::not_sealed, "not_sealed", "a plain datagram, although this team has a key"},
+    {Refusal::bad_size, "bad_size", "a datagram that has not the size of its type"},
+    {Refusal::bad_mac, "bad_mac", "a handshake by somebody who does not know the team's key"},
+    {Refusal::under_load, "under_load", "a handshake, while there are many; it shall come again with a cookie"},
+    {Refusal::busy, "busy", "a handshake beyond what one second may cost"},
+    {Refusal::bad_handshake, "bad_handshake", "a handshake that is none, or that nobody here began", true},
+    {Refusal::bad_cookie, "bad_cookie", "a cookie that nobody here asked for", true},
+    {Refusal::bad_identity, "bad_identity", "a handshake with a greeting that its key did not sign"},
+    {Refusal::other_key, "other_key", "a robot that has another key than the one that its name belongs to"},
+    {Refusal::pins_full, "pins_full", "a robot; there is no room to remember its key"},
+    {Refusal::shut_out, "shut_out", "a robot that sent malformed datagrams too often, lately"},
+    {Refusal::unknown_session, "unknown_session", "a sealed datagram of no session that is here", true},
+    {Refusal::bad_seal, "bad_seal", "a sealed datagram that is forged, damaged, or of another team"},
+    {Refusal::wrong_name, "wrong_name", "a greeting in another robot's name than the one that was proved"},
     {Refusal::logs_full, "logs_full", "a log; there is no room for more logs"},
     {Refusal::robot_logs_full, "robot_logs_full", "a log of a robot that has too many already"},
     {Refusal::robots_full, "robots_full", "a log of a robot; there is no room for more robots"},
@@ -81,6 +95,8 @@ std::string_view name(FrameType type) {
       return "ping";
     case FrameType::pong:
       return "pong";
+    case FrameType::feedback:
+      return "feedback";
     case FrameType::head:
       return "head";
     case FrameType::later_life:

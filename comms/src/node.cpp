@@ -10,6 +10,8 @@
 namespace onemap::comms {
 
 namespace {
+constexpr auto kSeekInterval = std::chrono::milliseconds(700);
+
 std::uint64_t seed_of(const RobotId& robot, std::uint64_t incarnation) {
   std::uint64_t seed = incarnation;
   for (auto byte : robot.bytes) seed = seed * 31 + byte;
@@ -17,13 +19,21 @@ std::uint64_t seed_of(const RobotId& robot, std::uint64_t incarnation) {
 }
 }  // namespace
 
+RateBounds rate_bounds(const NodeConfig& config) {
+  RateBounds bounds;
+  bounds.least = static_cast<double>(std::max<std::uint64_t>(config.link_least_bytes_per_second, 1'000));
+  bounds.most = std::max(bounds.least, static_cast<double>(config.link_most_bytes_per_second));
+  return bounds;
+}
+
 Node::Impl::Impl(NodeConfig config_, LogStore& store_)
     : config(std::move(config_)),
       store(store_),
-      fetcher({config.credit_bytes, config.reassembly_bytes}, store, notary, counters,
+      fetcher({config.credit_bytes, config.most_credit_bytes, config.reassembly_bytes}, store, notary, counters,
               [this](const LogId& log) { return judge(log); }),
       team(config.self, config.incarnation, config.max_robots, config.max_neighbours),
       trickle(config.beacon_min, config.beacon_max),
+      seeking(config.beacon_min, std::min<Duration>(config.beacon_max, kSeekInterval)),
       random(seed_of(config.self, config.incarnation)),
       pacer(config.bytes_per_second, config.train_datagrams) {
   assert(wire::is_life(config.incarnation) && config.self.valid());
@@ -31,6 +41,7 @@ Node::Impl::Impl(NodeConfig config_, LogStore& store_)
     Peer& peer = peers[endpoint];
     peer.endpoint = endpoint;
     peer.configured = true;
+    peer.rate = RateController(rate_bounds(config));
   }
   if (config.identity) notary.pin(config.self, config.identity->public_key());
   notary.start(store);
@@ -58,7 +69,8 @@ Refusal Node::Impl::judge(const LogId& log) const {
   if (notary.barred(log)) return Refusal::forked;
   if (log.robot == config.self && log.incarnation > config.incarnation) return Refusal::later_life;
   const Peer* author = living(log.robot);
-  if (author != nullptr && log.incarnation > author->who.incarnation) return Refusal::contradicts_author;
+  if (author != nullptr && !author->who.doubtful && log.incarnation > author->who.incarnation)
+    return Refusal::contradicts_author;
   if (held(log) > 0) return Refusal::count;
   if (store.frontier().size() >= config.max_logs) return Refusal::logs_full;
   if (!team.room_for(log.robot, author != nullptr)) return Refusal::robots_full;
@@ -115,14 +127,28 @@ void Node::Impl::stored(const RecordId& id, std::uint8_t hop_count) {
   hops[id.log].push_back(hop_count);
   team.recorded(id.log, id.seq == 0, now);
   frontier_digest += entry_digest(id.log, id.seq + 1) - entry_digest(id.log, id.seq);
+  push(id);
   for (auto& [endpoint, peer] : peers) {
     if (!peer.who.alive) continue;
-    const bool lacks_it = peer.frontier.count(id.log) <= id.seq;
+    const bool lacks_it = peer.frontier.count(id.log) <= id.seq && !peer.push.holds(id);
     peer.outbox.tell(id.log, lacks_it ? std::max(now, peer.outbox.last_have() + kHaveGap) : now + kHaveIdle);
   }
   const RobotStatus& own = team.own();
   team.set_own(frontier_digest, own.map_digest, own.flags);
   changed();
+}
+
+// Whoever is told of it later will mostly have it by then.
+void Node::Impl::push(const RecordId& id) {
+  if (id.log.robot != config.self || id.log.incarnation != config.incarnation || id.log.lane > wire::kLastPushedLane)
+    return;
+  const auto record = store.find(id);
+  if (record == nullptr || record->dropped || wire::fragments_of(wire::payload_bytes(*record)) != 1) return;
+  const auto payload = wire::fragment_of(*record, 0, fragment_scratch);
+  const auto whole = std::make_shared<const PushQueue::Whole>(
+      PushQueue::Whole{id, record->kind, hashes.of(*record), {payload.begin(), payload.end()}});
+  for (auto& [endpoint, peer] : peers)
+    if (peer.who.alive) peer.push.push(whole, now, std::max(peer.rate.loss(), peer.session.loss()));
 }
 
 std::optional<std::uint8_t> Node::Impl::hops_of(const RecordId& id) const {
@@ -186,6 +212,8 @@ std::vector<NeighbourStatus> Node::neighbours() const {
     if (peer.who.incarnation == 0) continue;
     all.push_back({peer.who.robot, peer.who.incarnation, endpoint, peer.who.alive, peer.who.last_heard,
                    peer.session.loss(), peer.round_trip.smoothed(), peer.bytes_in, peer.bytes_out,
+                   peer.rate.bytes_per_second(), peer.rate.queue(), peer.rate.loss(),
+                   peer.asks.outstanding() * wire::kFragmentBytes, peer.serve.queued_bytes(),
                    peer.frontier.claimed_digest(), peer.word.map_digest, peer.word.flags});
   }
   return all;

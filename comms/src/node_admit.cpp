@@ -26,7 +26,7 @@ const Peer* Node::Impl::living(const RobotId& robot) const {
 
 // Which neighbour speaks, or nobody, and then the datagram is refused and counted.
 Peer* Node::Impl::admit(const Endpoint& from, const wire::Header& header, std::span<const wire::Frame> frames) {
-  if (const auto* beacon = first_of<wire::Beacon>(frames)) return admit_greeting(from, header, *beacon);
+  if (const auto* beacon = first_of<wire::Beacon>(frames)) return admit_greeting(from, header, beacon->robot);
   const auto at = peers.find(from);
   if (at == peers.end() || header.type != wire::DatagramType::unicast) return refuse(Refusal::stranger), nullptr;
   Peer& peer = at->second;
@@ -47,37 +47,40 @@ Peer* Node::Impl::admit_candidate(Peer& peer, const wire::Header& header, std::s
   return refuse(Refusal::stranger), nullptr;
 }
 
-Peer* Node::Impl::admit_greeting(const Endpoint& from, const wire::Header& header, const wire::Beacon& beacon) {
-  if (conflicts(from, header, beacon)) return nullptr;
+Peer* Node::Impl::admit_greeting(const Endpoint& from, const wire::Header& header, const RobotId& robot) {
+  if (conflicts(from, header, robot)) return nullptr;
   const auto at = peers.find(from);
   Peer* peer = at == peers.end() ? nullptr : &at->second;
-  const bool same = peer != nullptr && peer->who.robot == beacon.robot;
+  const bool same = peer != nullptr && peer->who.robot == robot;
   const std::uint64_t known =
-      std::max(team.life_in_records(beacon.robot), same && peer->who.proved ? peer->who.incarnation : 0);
+      std::max(team.life_in_records(robot), same && peer->who.proved ? peer->who.incarnation : 0);
   if (header.sender < known) {
     refuse(Refusal::former_life);
-    answer_former_life(from, header, {beacon.robot, known});
+    answer_former_life(from, header, {robot, known});
     return nullptr;
   }
   if (same && peer->who.incarnation == header.sender) return peer;
-  if (peer != nullptr && peer->who.alive) return challenge(*peer, header, beacon), nullptr;
+  if (peer != nullptr && peer->who.alive && !(config.sealed && names_us(header)))
+    return challenge(*peer, header, robot), nullptr;
   if (peer == nullptr) peer = room_for(from);
-  if (peer != nullptr) become(*peer, beacon.robot, header.sender);
+  if (peer != nullptr) become(*peer, robot, header.sender);
   return peer;
 }
 
 // One id twice: ours, or that of a living neighbour. The neighbour that was here first stays; a robot that started
 // again at another address gets in when its former life has been silent for half the time limit.
-bool Node::Impl::conflicts(const Endpoint& from, const wire::Header& header, const wire::Beacon& beacon) {
-  if (beacon.robot == config.self) {
+bool Node::Impl::conflicts(const Endpoint& from, const wire::Header& header, const RobotId& robot) {
+  if (robot == config.self) {
     const bool echo = header.sender == config.incarnation;
     refuse(echo ? Refusal::own_echo : Refusal::id_conflict);
     if (!echo) conflict = IdConflict{from, header.sender, now};
     return true;
   }
   for (const auto& [endpoint, other] : peers) {
-    if (endpoint == from || !other.who.alive || other.who.robot != beacon.robot) continue;
+    if (endpoint == from || !other.who.alive || other.who.robot != robot) continue;
     if (now - other.who.last_heard > config.neighbour_timeout / 2) continue;
+    const bool proved = config.sealed && names_us(header);
+    if (proved && header.sender > other.who.incarnation) continue;  // it started again, and has its key to say so
     refuse(other.who.incarnation == header.sender ? Refusal::second_path : Refusal::id_conflict);
     return true;
   }
@@ -86,9 +89,9 @@ bool Node::Impl::conflicts(const Endpoint& from, const wire::Header& header, con
 
 // Somebody else greets from where a living neighbour is: a robot that started again, or a forged address. First it is
 // greeted, so that it can name us; then it has to repeat a token. Whoever is living here stays until then.
-void Node::Impl::challenge(Peer& peer, const wire::Header& header, const wire::Beacon& beacon) {
+void Node::Impl::challenge(Peer& peer, const wire::Header& header, const RobotId& robot) {
   refuse(Refusal::candidate);
-  peer.candidate.greeted(now, beacon.robot, header.sender, names_us(header), random);
+  peer.candidate.greeted(now, robot, header.sender, names_us(header), random);
 }
 
 void Node::Impl::become(Peer& peer, const RobotId& robot, std::uint64_t incarnation) {
@@ -119,12 +122,36 @@ Peer* Node::Impl::room_for(const Endpoint& endpoint) {
   for (const bool whole_table : {false, true}) {
     if (look(whole_table)) continue;
     if (oldest == peers.end()) return refuse(whole_table ? Refusal::neighbours_full : Refusal::address_full), nullptr;
-    fetcher.drop(oldest->second);
-    peers.erase(oldest);
+    forget(oldest);
   }
   Peer& peer = peers[endpoint];
   peer.endpoint = endpoint;
+  peer.rate = RateController(rate_bounds(config));
+  peer.session.count_from(counted_to);
   return &peer;
+}
+
+void Node::Impl::forget(Peers::iterator peer) {
+  counted_to = std::max(counted_to, peer->second.session.counter());
+  fetcher.drop(peer->second);
+  peers.erase(peer);
+}
+
+// It goes on under its new address with all that is known of it; a configured address stays one that is greeted.
+void Node::Impl::moved(const Endpoint& from, const Endpoint& to) {
+  const auto there = peers.find(to);
+  if (from == to || !peers.contains(from) || (there != peers.end() && there->second.who.alive)) return;
+  if (there != peers.end()) forget(there);
+  auto entry = peers.extract(from);
+  entry.key() = entry.mapped().endpoint = to;
+  if (std::exchange(entry.mapped().configured, false)) {
+    Peer& again = peers[from];
+    again.endpoint = from;
+    again.configured = again.ever_heard = true;
+    again.session.count_from(counted_to);
+  }
+  peers.insert(std::move(entry));
+  plan_due = true;
 }
 
 void Node::Impl::answer_former_life(const Endpoint& to, const wire::Header& header, const wire::LaterLife& later) {

@@ -19,7 +19,10 @@
 
 namespace onemap::comms {
 
+RateBounds rate_bounds(const NodeConfig& config);
+
 struct Node::Impl {
+  using Peers = std::map<Endpoint, Peer>;
   Impl(NodeConfig config_, LogStore& store_);
 
   // node.cpp: the record set
@@ -28,17 +31,23 @@ struct Node::Impl {
   void stored(const RecordId& id, std::uint8_t hops);  // the store has one record more, that others may hear of
   std::uint32_t told(const LogId& log) const;          // so many that they may
   void settle_own();                                   // tells of own records that have become durable
+  void push(const RecordId& id);
   std::optional<std::uint8_t> hops_of(const RecordId& id) const;
-  void refuse(Refusal reason) { counters.refuse(reason); }
+  void refuse(Refusal reason) {
+    counters.refuse(reason);
+    last_refusal = reason;
+  }
   void advance(Instant to);
   Refusal judge(const LogId& log) const;  // whether records of this log may come in; count: yes
 
   // node_admit.cpp: who may speak
   Peer* admit(const Endpoint& from, const wire::Header& header, std::span<const wire::Frame> frames);
-  Peer* admit_greeting(const Endpoint& from, const wire::Header& header, const wire::Beacon& beacon);
+  Peer* admit_greeting(const Endpoint& from, const wire::Header& header, const RobotId& robot);
   Peer* admit_candidate(Peer& peer, const wire::Header& header, std::span<const wire::Frame> frames);
-  bool conflicts(const Endpoint& from, const wire::Header& header, const wire::Beacon& beacon);
-  void challenge(Peer& peer, const wire::Header& header, const wire::Beacon& beacon);
+  bool conflicts(const Endpoint& from, const wire::Header& header, const RobotId& robot);
+  void challenge(Peer& peer, const wire::Header& header, const RobotId& robot);
+  void moved(const Endpoint& from, const Endpoint& to);
+  void forget(Peers::iterator peer);
   void become(Peer& peer, const RobotId& robot, std::uint64_t incarnation);
   Peer* room_for(const Endpoint& endpoint);
   void answer_former_life(const Endpoint& to, const wire::Header& header, const wire::LaterLife& later);
@@ -47,6 +56,10 @@ struct Node::Impl {
 
   // node_receive.cpp: what is said
   void receive(const Endpoint& from, std::span<const std::uint8_t> bytes);
+  Refusal receive_sealed(const Endpoint& from, const Proof& proof, std::span<const std::uint8_t> frames);
+  Refusal begin_session(const Endpoint& from, const Proof& proof);
+  Peer* speaker(const Endpoint& from, std::size_t bytes);
+  void hear(Peer& peer, const Session::Arrival& arrival, std::size_t bytes);
   void peer_up(Peer& peer);
   void on_frame(Peer& peer, const Session::Arrival& arrival, const wire::Frame& frame);
   void on_status(const RobotStatus& status);
@@ -54,9 +67,11 @@ struct Node::Impl {
   void on_have(Peer& peer, const Session::Arrival& arrival, const wire::Have& have);
   void on_have(Peer& peer, const wire::HaveEntry& entry);
   void tell_author(const LogId& log);
+  void judge_again();
   void on_have_request(Peer& peer);
   void on_want(Peer& peer, const wire::Want& want);
   void on_data(Peer& peer, const wire::Data& data);
+  void on_feedback(Peer& peer, const wire::Feedback& feedback);
   void on_head(Peer& peer, const wire::Head& head);
   void take_fetched();
   void on_pong(Peer& peer, const wire::Pong& pong);
@@ -68,6 +83,7 @@ struct Node::Impl {
   void peer_down(Peer& peer);
   void changed();  // something that beacons tell
   void beacon_all();
+  void seek();
   bool all_consistent() const;
   void tell_all(Peer& peer);
   Instant next_deadline() const;
@@ -81,21 +97,27 @@ struct Node::Impl {
   void build_candidate(Peer& peer, OutgoingDatagram& datagram);
   void build_control(Peer& peer, OutgoingDatagram& datagram);
   bool build_data(OutgoingDatagram& datagram);
-  bool put_fragment(wire::Encoder& out, ServeQueue& queue, std::uint8_t lane);
+  Peer* next_to_serve();
+  bool build_push(OutgoingDatagram& datagram);
+  void put_feedback(wire::Encoder& out, Peer& peer);
+  std::optional<std::size_t> put_fragment(wire::Encoder& out, ServeQueue& queue, std::uint8_t lane);
   void put_beacon(wire::Encoder& out);
   void put_status(wire::Encoder& out, const RobotId& except, RobotId& cursor);
   void put_round_trip(wire::Encoder& out, Peer& peer);
   void put_have(wire::Encoder& out, Peer& peer);
   void put_wants(wire::Encoder& out, Peer& peer);
   wire::Header header_for(Peer& peer);
-  void sent(OutgoingDatagram& datagram, const Endpoint& to, std::size_t size);
+  std::size_t sent(OutgoingDatagram& datagram, const Endpoint& to, std::size_t size);
+  void sent(OutgoingDatagram& datagram, Peer& peer, std::size_t size, bool data);
   void count_sent(FrameType type) { ++counters.frames_sent[index_of(type)]; }
 
   NodeConfig config;
   LogStore& store;
   Counters counters;
   Instant now{};
-  std::map<Endpoint, Peer> peers;
+  Refusal last_refusal = Refusal::count;
+  Peers peers;
+  std::uint32_t counted_to = 1;  // by sessions with peers that are forgotten: nobody's count begins below
   Notary notary;
   Fetcher fetcher;
   TeamTable team;
@@ -112,7 +134,8 @@ struct Node::Impl {
   wire::FragmentBuffer fragment_scratch{};
   wire::Decoder decoder;
   bool plan_due = false;
-  Trickle trickle;
+  Trickle trickle;  // to those who are here
+  Trickle seeking;  // to the group, and to configured peers who are silent: short, and in shorter intervals
   SplitMix random;  // jitter, and tokens
   bool group_due = false;
   std::uint32_t group_counter = 1;
@@ -124,11 +147,10 @@ struct Node::Impl {
   };
   std::deque<Answer> answers;
   std::uint32_t answer_counter = 1;
-  RobotId group_cursor;
   // Sending
   Pacer pacer;
   Endpoint control_cursor;
-  std::array<Endpoint, kLaneCount> data_cursor{};
+  double airtime = 0.0;  // virtual, of the neighbour that was served last
   std::vector<RobotStatus> status_scratch;
   std::vector<wire::HaveEntry> have_scratch;
 };

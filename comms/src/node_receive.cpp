@@ -16,10 +16,8 @@ void Node::Impl::receive(const Endpoint& from, std::span<const std::uint8_t> byt
   const Refusal verdict = decoder.decode(bytes);
   if (verdict != Refusal::count) return refuse(verdict);
   const wire::Header& header = decoder.header();
-  if (const auto known = peers.find(from); known != peers.end()) known->second.ever_heard = true;
-  Peer* peer = admit(from, header, decoder.frames());
+  Peer* const peer = speaker(from, bytes.size());
   if (peer == nullptr) return;
-  peer->bytes_in += bytes.size();
   const bool proved = names_us(header);
   if (proved || !peer->who.alive) peer->who.last_heard = now;
   const bool group = header.type == wire::DatagramType::group;
@@ -30,11 +28,30 @@ void Node::Impl::receive(const Endpoint& from, std::span<const std::uint8_t> byt
   }
   Session::Arrival arrival;
   if (const Refusal late = peer->session.accept(header, arrival); late != Refusal::count) return refuse(late);
-  peer->asks.is_there();
-  if (!peer->who.alive) peer_up(*peer);
+  hear(*peer, arrival, bytes.size());
+}
+
+// Of the datagram that the decoder holds.
+Peer* Node::Impl::speaker(const Endpoint& from, std::size_t bytes) {
+  if (const auto known = peers.find(from); known != peers.end()) known->second.ever_heard = true;
+  Peer* const peer = admit(from, decoder.header(), decoder.frames());
+  if (peer != nullptr) peer->bytes_in += bytes;
+  return peer;
+}
+
+void Node::Impl::hear(Peer& peer, const Session::Arrival& arrival, std::size_t bytes) {
+  peer.asks.is_there();
+  peer.who.asked_until.reset();
+  peer.who.doubtful = false;
+  if (!peer.who.alive) peer_up(peer);
+  if (arrival.unicast) {
+    const auto data = std::ranges::count_if(
+        decoder.frames(), [](const wire::Frame& frame) { return std::holds_alternative<wire::Data>(frame); });
+    peer.arrivals.came(now, arrival.at, static_cast<std::uint32_t>(data), bytes);
+  }
   for (const wire::Frame& frame : decoder.frames()) {
     ++counters.frames_received[index_of(wire::type_of(frame))];
-    on_frame(*peer, arrival, frame);
+    on_frame(peer, arrival, frame);
   }
 }
 
@@ -47,6 +64,8 @@ void Node::Impl::peer_up(Peer& peer) {
   // The author is here itself: what others told of later lives of it is not asked for any longer.
   fetcher.abandon(
       [&](const LogId& log) { return log.robot == peer.who.robot && log.incarnation > peer.who.incarnation; });
+  // And what they told of a life that it has begun now was refused until now.
+  judge_again();
   tell_all(peer);
   for (const auto& [log, count] : peer.frontier.logs())
     if (count > held(log) && judge(log) == Refusal::count) fetcher.offered(log);
@@ -70,6 +89,7 @@ void Node::Impl::on_frame(Peer& peer, const Session::Arrival& arrival, const wir
     void operator()(const wire::Head& f) const { node.on_head(peer, f); }
     void operator()(const wire::Ping& f) const { peer.pings.answer_due = f.token; }
     void operator()(const wire::Pong& f) const { node.on_pong(peer, f); }
+    void operator()(const wire::Feedback& f) const { node.on_feedback(peer, f); }
     void operator()(const wire::LaterLife& f) const { node.on_later_life(f); }
   };
   std::visit(Visitor{*this, peer, arrival}, frame);
@@ -126,10 +146,22 @@ void Node::Impl::on_have(Peer& peer, const wire::HaveEntry& entry) {
 }
 
 // Somebody believes in a later life of a neighbour of ours than the one in which it lives. It shall hear of that: when
-// it goes on after that number, all believe it again.
+// it goes on after that number, all believe it again. Or it went away and lives on elsewhere: then it does not answer.
 void Node::Impl::tell_author(const LogId& log) {
+  constexpr auto kPatience = std::chrono::milliseconds(600);
+  for (auto& [endpoint, peer] : peers) {
+    if (!peer.who.alive || peer.who.robot != log.robot) continue;
+    peer.outbox.tell_later_life(now, log.incarnation);
+    if (peer.who.asked_until) continue;
+    peer.who.asked_until = now + kPatience;
+    peer.pings.due = true;
+  }
+}
+
+// Whether an author lives here has changed, and with it what is believed of what others tell.
+void Node::Impl::judge_again() {
   for (auto& [endpoint, peer] : peers)
-    if (peer.who.alive && peer.who.robot == log.robot) peer.outbox.tell_later_life(now, log.incarnation);
+    if (peer.who.alive) peer.frontier.judge_again(now);
 }
 
 void Node::Impl::on_have_request(Peer& peer) {
@@ -184,6 +216,8 @@ void Node::Impl::take_fetched() {
 void Node::Impl::on_pong(Peer& peer, const wire::Pong& pong) {
   if (const auto time = peer.pings.answered(now, pong.token)) peer.round_trip.sample(*time);
 }
+
+void Node::Impl::on_feedback(Peer& peer, const wire::Feedback& feedback) { peer.rate.feedback(now, feedback); }
 
 void Node::Impl::on_later_life(const wire::LaterLife& later) {
   if (later.robot != config.self) return refuse(Refusal::wrong_receiver);

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "node_impl.hpp"
+#include "session/sealed_wire.hpp"
 
 namespace onemap::comms {
 
@@ -19,6 +20,7 @@ bool Node::Impl::next_outgoing(OutgoingDatagram& datagram) {
   plan_due = false;
   if (!answers.empty()) return build_answer(datagram), true;
   if (group_due) return build_group(datagram), true;
+  if (build_push(datagram)) return true;
   auto it = after(peers, control_cursor);
   for (std::size_t i = 0; i < peers.size(); ++i) {
     if (control_ready(it->second)) {
@@ -37,19 +39,29 @@ bool Node::Impl::next_outgoing(OutgoingDatagram& datagram) {
 
 bool Node::Impl::control_ready(const Peer& peer) const {
   if (peer.outbox.beacon_due || peer.candidate.beacon_due || peer.candidate.ping_due) return true;
-  return peer.who.alive && (peer.pings.answer_due || peer.pings.due || peer.outbox.due(now));
+  return peer.who.alive && (peer.pings.answer_due || peer.pings.due || peer.outbox.due(now) || peer.arrivals.due(now));
 }
 
 wire::Header Node::Impl::header_for(Peer& peer) {
   return peer.session.next_header(config.incarnation, peer.who.incarnation);
 }
 
-void Node::Impl::sent(OutgoingDatagram& datagram, const Endpoint& to, std::size_t size) {
+// How many bytes will be on the wire.
+std::size_t Node::Impl::sent(OutgoingDatagram& datagram, const Endpoint& to, std::size_t size) {
   datagram.to = to;
   datagram.size = size;
+  const bool group = config.group == to;
+  if (config.sealed) size += (group ? sealed::kGroupOverheadBytes : sealed::kOverheadBytes) - wire::kHeaderBytes;
   ++counters.datagrams_sent;
   counters.bytes_sent += size;
   pacer.sent(now, size);
+  return size;
+}
+
+void Node::Impl::sent(OutgoingDatagram& datagram, Peer& peer, std::size_t size, bool data) {
+  const std::size_t on_wire = sent(datagram, peer.endpoint, size);
+  peer.bytes_out += on_wire;
+  peer.rate.sent(now, peer.session.last_counter(), on_wire, data);
 }
 
 void Node::Impl::put_beacon(wire::Encoder& out) {
@@ -84,7 +96,7 @@ void Node::Impl::put_have(wire::Encoder& out, Peer& peer) {
 }
 
 void Node::Impl::put_wants(wire::Encoder& out, Peer& peer) {
-  const std::size_t n = out.want(static_cast<std::uint32_t>(fetcher.credit_to_announce()), peer.outbox.wants());
+  const std::size_t n = out.want(static_cast<std::uint32_t>(fetcher.credit_to_announce(peer)), peer.outbox.wants());
   if (n == 0) return;
   peer.outbox.wanted(now, n);
   count_sent(FrameType::want);
@@ -94,8 +106,7 @@ void Node::Impl::build_group(OutgoingDatagram& datagram) {
   group_due = false;
   wire::Encoder out(datagram.buffer, {wire::DatagramType::group, config.incarnation, 0, group_counter});
   group_counter = wire::next_counter(group_counter);
-  put_beacon(out);
-  put_status(out, config.self, group_cursor);
+  put_beacon(out);  // what is told of others goes to neighbours, who are greeted by name
   sent(datagram, *config.group, out.size());
 }
 
@@ -122,8 +133,7 @@ void Node::Impl::build_candidate(Peer& peer, OutgoingDatagram& datagram) {
     put_beacon(out);
   }
   candidate.beacon_due = false;
-  peer.bytes_out += out.size();
-  sent(datagram, peer.endpoint, out.size());
+  sent(datagram, peer, out.size(), false);
 }
 
 void Node::Impl::build_control(Peer& peer, OutgoingDatagram& datagram) {
@@ -132,6 +142,7 @@ void Node::Impl::build_control(Peer& peer, OutgoingDatagram& datagram) {
   if (beacon) put_beacon(out);
   if (peer.who.alive) {  // a stranger gets no more than it sent
     put_round_trip(out, peer);
+    if (peer.arrivals.worth_saying(now)) put_feedback(out, peer);
     Outbox& box = peer.outbox;
     if (box.later_life_due && out.later_life({peer.who.robot, *box.later_life_due})) {
       box.later_life_due.reset();
@@ -147,8 +158,7 @@ void Node::Impl::build_control(Peer& peer, OutgoingDatagram& datagram) {
     if (beacon)
       put_status(out, std::exchange(box.status_echo_due, false) ? RobotId{} : peer.who.robot, box.status_cursor);
   }
-  peer.bytes_out += out.size();
-  sent(datagram, peer.endpoint, out.size());
+  sent(datagram, peer, out.size(), false);
 }
 
 void Node::Impl::put_round_trip(wire::Encoder& out, Peer& peer) {
@@ -159,37 +169,76 @@ void Node::Impl::put_round_trip(wire::Encoder& out, Peer& peer) {
   count_sent(FrameType::ping);
 }
 
-bool Node::Impl::build_data(OutgoingDatagram& datagram) {
-  if (!pacer.open(now)) return false;
-  for (std::uint8_t first_lane = 0; first_lane < kLaneCount; ++first_lane) {
-    auto it = after(peers, data_cursor[first_lane]);
-    for (std::size_t i = 0; i < peers.size(); ++i) {
-      Peer& peer = it->second;
-      if (++it == peers.end()) it = peers.begin();
-      if (!peer.who.alive || peer.serve.empty(first_lane)) continue;
-      data_cursor[first_lane] = peer.endpoint;
-      wire::Encoder out(datagram.buffer, header_for(peer));
-      for (std::uint8_t lane = first_lane; lane < kLaneCount; ++lane) {
-        while (!peer.serve.empty(lane) && put_fragment(out, peer.serve, lane)) {
-        }
-      }
-      peer.bytes_out += out.size();
-      sent(datagram, peer.endpoint, out.size());
-      return true;
+void Node::Impl::put_feedback(wire::Encoder& out, Peer& peer) {
+  if (out.room() < wire::kFrameHeadBytes + wire::kFeedbackBytes) return;
+  out.feedback(peer.arrivals.report(now));
+  count_sent(FrameType::feedback);
+}
+
+// Own control and pose records, unasked: they wait for no turn and no rate, and use up both.
+bool Node::Impl::build_push(OutgoingDatagram& datagram) {
+  for (auto& [endpoint, peer] : peers) {
+    if (!peer.who.alive || !peer.push.due(now)) continue;
+    wire::Encoder out(datagram.buffer, header_for(peer));
+    while (peer.push.due(now) && out.data(peer.push.front())) {
+      counters.body_bytes_sent += peer.push.front().bytes.size();
+      ++counters.records_pushed;
+      count_sent(FrameType::data);
+      peer.push.sent(now);
     }
+    sent(datagram, peer, out.size(), false);
+    return true;
   }
   return false;
 }
 
-// What is next of a lane, if it fits. The body may be gone since it was asked for.
-bool Node::Impl::put_fragment(wire::Encoder& out, ServeQueue& queue, std::uint8_t lane) {
+// Control and poses of anybody first; then whoever had the least time on air.
+Peer* Node::Impl::next_to_serve() {
+  Peer* best = nullptr;
+  bool best_urgent = false;
+  for (auto& [endpoint, peer] : peers) {
+    if (!peer.who.alive || peer.serve.empty() || !peer.rate.open(now)) continue;
+    const bool urgent = !peer.serve.empty(0) || !peer.serve.empty(1);
+    const bool sooner =
+        best == nullptr || (urgent != best_urgent ? urgent : peer.turn.start(airtime) < best->turn.start(airtime));
+    if (!sooner) continue;
+    best = &peer;
+    best_urgent = urgent;
+  }
+  return best;
+}
+
+bool Node::Impl::build_data(OutgoingDatagram& datagram) {
+  if (!pacer.open(now)) {
+    for (auto& [endpoint, peer] : peers)
+      if (!peer.serve.empty()) peer.rate.held_up();
+    return false;
+  }
+  Peer* peer = next_to_serve();
+  if (peer == nullptr) return false;
+  const auto waits = [&](std::uint8_t lane) { return !peer->serve.empty(lane); };
+  wire::Encoder out(datagram.buffer, header_for(*peer));
+  for (std::uint8_t lane = peer->lanes.next(waits); lane < kLaneCount; lane = peer->lanes.next(waits)) {
+    const auto bytes = put_fragment(out, peer->serve, lane);
+    if (!bytes) break;
+    peer->lanes.sent(lane, *bytes, waits);
+  }
+  if (peer->serve.empty()) peer->rate.held_up();
+  airtime = peer->turn.sent(airtime, out.size(), peer->rate.bytes_per_second());
+  sent(datagram, *peer, out.size(), true);
+  return true;
+}
+
+// What is next of a lane: how many bytes of it; nothing when it does not fit. The body may be gone since it was asked
+// for.
+std::optional<std::size_t> Node::Impl::put_fragment(wire::Encoder& out, ServeQueue& queue, std::uint8_t lane) {
   const ServeQueue::Next next = queue.front(lane);
   const auto record = store.find(next.id);
-  if (record == nullptr) return queue.pop_record(lane), refuse(Refusal::unreadable), true;
+  if (record == nullptr) return queue.pop_record(lane), refuse(Refusal::unreadable), 0;
   if (record->dropped) {
-    if (!out.head({head_of(*record), next.hops, record->seal.signature})) return false;
+    if (!out.head({head_of(*record), next.hops, record->seal.signature})) return std::nullopt;
     count_sent(FrameType::head);
-    return queue.pop_record(lane), true;
+    return queue.pop_record(lane), wire::kHeadFrameBytes;
   }
   wire::Data data;
   data.id = next.id;
@@ -199,10 +248,10 @@ bool Node::Impl::put_fragment(wire::Encoder& out, ServeQueue& queue, std::uint8_
   data.body_hash = hashes.of(*record);
   data.fragment = static_cast<std::uint16_t>(next.fragment);
   data.bytes = wire::fragment_of(*record, next.fragment, fragment_scratch);
-  if (!out.data(data)) return false;
+  if (!out.data(data)) return std::nullopt;
   counters.body_bytes_sent += data.bytes.size();
   count_sent(FrameType::data);
-  return queue.pop(lane), true;
+  return queue.pop(lane), data.bytes.size();
 }
 
 }  // namespace onemap::comms

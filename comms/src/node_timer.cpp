@@ -16,6 +16,7 @@ void Node::Impl::tick() {
   }
   for (auto& [endpoint, peer] : peers) tick(peer);
   if (trickle.due(now)) beacon_all();
+  if (seeking.due(now)) seek();
   fetcher.on_timer(now, peers);
   take_fetched();
 }
@@ -25,9 +26,15 @@ void Node::Impl::tick(Peer& peer) {
   if (now - peer.who.last_heard >= config.neighbour_timeout) return peer_down(peer);
   if (const auto at = peer.frontier.next_request(); at && *at <= now) {
     peer.outbox.have_request_due = true;
-    peer.frontier.requested(now, peer.round_trip.smoothed());
+    if (peer.frontier.requested(now, peer.round_trip.smoothed())) fetcher.drop(peer);
   }
-  if (peer.asks.outstanding() > 0 && now >= peer.pings.next()) peer.pings.due = true;
+  if (peer.who.asked_until && *peer.who.asked_until <= now) {
+    peer.who.asked_until.reset();
+    peer.who.doubtful = true;
+    judge_again();
+  }
+  const bool curious = peer.asks.outstanding() > 0 || peer.who.asked_until;
+  if (curious && now >= peer.pings.next()) peer.pings.due = true;
 }
 
 void Node::Impl::peer_down(Peer& peer) {
@@ -35,7 +42,9 @@ void Node::Impl::peer_down(Peer& peer) {
   ++counters.neighbours_lost;
   fetcher.drop(peer);
   if (living(peer.who.robot) == nullptr) team.left(peer.who.robot);
+  judge_again();
   peer.serve = {};
+  peer.push.clear();
   peer.outbox.fell_silent();
   peer.frontier.ask_no_more();
 }
@@ -45,7 +54,10 @@ void Node::Impl::tell_all(Peer& peer) {
     if (told(log) > 0) peer.outbox.tell(log, now);
 }
 
-void Node::Impl::changed() { trickle.changed(now); }
+void Node::Impl::changed() {
+  trickle.changed(now);
+  seeking.changed(now);
+}
 
 bool Node::Impl::all_consistent() const {
   return std::all_of(peers.begin(), peers.end(), [&](const auto& entry) {
@@ -55,15 +67,21 @@ bool Node::Impl::all_consistent() const {
 
 void Node::Impl::beacon_all() {
   for (auto& [endpoint, peer] : peers)
-    if (peer.who.alive || peer.configured) peer.outbox.beacon_due = true;
-  group_due = config.group.has_value();
+    if (peer.who.alive) peer.outbox.beacon_due = true;
   trickle.said(now, all_consistent() ? config.beacon_max : kUnequalInterval, random);
+}
+
+void Node::Impl::seek() {
+  for (auto& [endpoint, peer] : peers)
+    if (peer.configured && !peer.who.alive) peer.outbox.beacon_due = true;
+  group_due = config.group.has_value();
+  seeking.said(now, config.beacon_max, random);
 }
 
 Instant Node::Impl::next_deadline() const {
   constexpr auto kLookAgain = std::chrono::milliseconds(2);  // how far the disk has come
   if (plan_due || group_due || !answers.empty()) return now;
-  Instant next = std::min(trickle.next(), fetcher.next_deadline(peers));
+  Instant next = std::min({trickle.next(), seeking.next(), fetcher.next_deadline(peers)});
   if (!undurable.empty()) next = std::min(next, now + kLookAgain);
   if (sync_at) next = std::min(next, *sync_at);
   for (const auto& [endpoint, peer] : peers) next = std::min(next, next_deadline(peer));
@@ -76,8 +94,10 @@ Instant Node::Impl::next_deadline(const Peer& peer) const {
   Instant next = peer.who.last_heard + config.neighbour_timeout;
   for (const auto at : {peer.frontier.next_request(), peer.outbox.next()})
     if (at) next = std::min(next, *at);
-  if (peer.asks.outstanding() > 0) next = std::min(next, peer.pings.next());
-  if (!peer.serve.empty()) next = std::min(next, pacer.next());
+  if (peer.asks.outstanding() > 0 || peer.who.asked_until) next = std::min(next, peer.pings.next());
+  if (peer.who.asked_until) next = std::min(next, *peer.who.asked_until);
+  next = std::min({next, peer.arrivals.next(), peer.push.next()});
+  if (!peer.serve.empty()) next = std::min(next, std::max(pacer.next(), peer.rate.next(now)));
   return next;
 }
 

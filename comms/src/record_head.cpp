@@ -33,8 +33,8 @@ RecordHead head_of(const Record& record) {
   return head;
 }
 
-std::array<std::uint8_t, kHeadBytes> signed_bytes(const RecordHead& head) {
-  std::array<std::uint8_t, kHeadBytes> out{};
+std::array<std::uint8_t, kSignedHeadBytes> signed_bytes(const RecordHead& head) {
+  std::array<std::uint8_t, kSignedHeadBytes> out{};
   std::uint8_t* at = put(out.data(), kContext);
   at = put(at, head.id.log.robot.bytes);
   at = put_little_endian(at, head.id.log.lane);

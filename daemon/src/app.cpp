@@ -22,8 +22,6 @@ constexpr Duration kLastWords = std::chrono::seconds(2);  // for neighbours to t
 
 constexpr Duration kQuick = std::chrono::milliseconds(300);  // for each of the above, when the end must be soon
 
-Duration seconds(double s) { return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s)); }
-
 std::string names(const std::set<RobotId>& robots) {
   std::string text;
   for (const RobotId& robot : robots) text += (text.empty() ? "" : ", ") + robot.name();

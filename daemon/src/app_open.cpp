@@ -8,7 +8,6 @@
 namespace onemap::daemon {
 
 namespace {
-Duration seconds(double s) { return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s)); }
 
 MapKeeper::Take settled_map_of(Team& team, const std::string& id) {
   return [take = take_from(team), id](const std::function<bool()>& stop) -> std::optional<MapKeeper::Saved> {

@@ -26,6 +26,8 @@ constexpr Option kOptions[] = {
     {"--id", "robot", "id", "NAME"},
     {"--listen", "network", "listen", "ADDR:PORT"},
     {"--peer", "network", "peers", "ADDR:PORT"},
+    {"--team-key", "team", "key_file", "FILE"},
+    {"--key-log", "team", "key_log", "FILE"},
     {"--once", "run", "once", ""},
     {"--quick-stop", "run", "quick_stop", ""},
     {"--speed", "run", "speed", "X|max"},

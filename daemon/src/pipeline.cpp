@@ -15,10 +15,6 @@ constexpr std::size_t kMostPoses = 1u << 20;  // 38 MB; of a longer way every se
 constexpr auto kLongestPatience = std::chrono::minutes(5);
 constexpr auto kStuckAfter = std::chrono::seconds(10);  // a frame, or one piece handed over
 
-Duration new_chain_after(const Config& config) {
-  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(config.new_chain_after_s));
-}
-
 }  // namespace
 
 Pipeline::Pipeline(const Config& config, const hal::Intrinsics& intrinsics, BlockingQueue<hal::Frame>& frames,
@@ -30,7 +26,7 @@ Pipeline::Pipeline(const Config& config, const hal::Intrinsics& intrinsics, Bloc
       log_(log),
       publisher_(config.mapper, config.speed.max ? Publisher::WhenFull::wait : Publisher::WhenFull::later,
                  std::move(outbox), failures),
-      patience_(new_chain_after(config)),
+      patience_(seconds(config.new_chain_after_s)),
       heartbeat_("pipeline", kStuckAfter) {
   make_mapper();
   if (config.matches_picture > 0) matches_.emplace(config.out + "/matches", config.matches_picture);
@@ -72,21 +68,33 @@ void Pipeline::note_lost(const hal::FrameView& frame, const mapping::FrameReport
   const bool lost = report.state == mapping::TrackState::lost && report.features >= kSomethingToSee;
   if (!lost) return lost_at_.reset();
   if (!lost_at_) lost_at_ = frame.colour_time;
-  if (patience_ > Duration::zero() && frame.colour_time - *lost_at_ >= patience_) begin_chain(*lost_at_);
+  if (patience_ > Duration::zero() && frame.colour_time - *lost_at_ >= patience_) give_up(*lost_at_);
 }
 
 // Chains that come to nothing come ever more seldom.
-void Pipeline::begin_chain(FrameTime lost) {
-  seal_all();
+void Pipeline::give_up(FrameTime lost) {
   const bool short_one = mapper_->counters().keyframes < kShortChain;
-  patience_ = short_one ? std::min<Duration>(2 * patience_, kLongestPatience) : new_chain_after(config_);
+  patience_ = short_one ? std::min<Duration>(2 * patience_, kLongestPatience) : seconds(config_.new_chain_after_s);
+  if (begin_chain())
+    log_.warn("lost since {:.1f} s: going on in a map of its own, until somebody knows where it belongs",
+              to_seconds(lost.time_since_epoch()));
+}
+
+// Nobody takes more keyframes of one chain.
+void Pipeline::note_length() {
+  const auto keyframes = mapper_->counters().keyframes;
+  if (keyframes >= static_cast<std::uint64_t>(config_.chain_keyframes) && begin_chain())
+    log_.line("{} keyframes: going on in a new map, which is joined to the earlier one as soon as it is seen again",
+              keyframes);
+}
+
+bool Pipeline::begin_chain() {
+  seal_all();
   Publisher::Sealed* end = publisher_.awaited_slot();
-  if (end == nullptr) return;
+  if (end == nullptr) return false;
   end->what = Publisher::Sealed::What::chain_end;
   end->frames = static_cast<std::uint32_t>(frames_done_ - frames_before_);
   publisher_.publish(end);
-  log_.warn("lost since {:.1f} s: going on in a map of its own, until somebody knows where it belongs",
-            to_seconds(lost.time_since_epoch()));
   frames_before_ = frames_done_;
   tracked_before_ += mapper_->counters().tracked;
   ++chains_ended_;
@@ -96,6 +104,7 @@ void Pipeline::begin_chain(FrameTime lost) {
   lost_at_.reset();
   last_state_ = mapping::TrackState::starting;
   make_mapper();
+  return true;
 }
 
 void Pipeline::run() {
@@ -132,6 +141,7 @@ void Pipeline::process(const hal::FrameView& frame) {
   keyframes_ = mapper_->counters().keyframes_in_map();
   log_full();
   note_lost(frame, report);
+  note_length();
 }
 
 void Pipeline::keep_pose(const hal::FrameView& frame, const mapping::FrameReport& report) {

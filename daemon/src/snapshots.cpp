@@ -206,7 +206,7 @@ Snapshots::Take take_from(Team& team) {
     // Shared with the team's thread, which may come to it when nobody waits any more.
     auto promised = std::make_shared<std::promise<MapCopy>>();
     auto copy = promised->get_future();
-    team.look([promised, patience = now() + kPatience](const mapping::TeamMap& map) {
+    team.ask([promised, patience = now() + kPatience](const mapping::TeamMap& map) {
       const Instant began = now();
       if (map.map() == nullptr && began < patience) return false;  // on its way from one map to the next
       MapCopy taken = copy_map(map);

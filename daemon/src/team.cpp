@@ -1,5 +1,6 @@
 #include "daemon/team.hpp"
 
+#include <algorithm>
 #include <iterator>
 #include <utility>
 
@@ -62,7 +63,7 @@ void Team::presence(const std::map<RobotId, Instant>& last_sign, const std::set<
   inbox_.presence = true;
 }
 
-void Team::ask(std::function<void(mapping::TeamMap&)> question) {
+void Team::ask(Question question) {
   {
     const std::lock_guard lock(mutex_);
     inbox_.questions.push_back(std::move(question));
@@ -95,8 +96,7 @@ void Team::apply_all(Inbox inbox, Instant arrived) {
     map_.apply(record, arrived);
     hand_out();  // at once: what is refused must not pile up
   }
-  for (const auto& question : inbox.questions) question(map_);
-  hand_out();
+  std::ranges::move(inbox.questions, std::back_inserter(open_));
 }
 
 void Team::hand_out() {
@@ -109,20 +109,9 @@ void Team::hand_out() {
   for (mapping::TeamRecord& record : map_.take_records()) publish_({record.lane, record.kind, std::move(record.body)});
 }
 
-void Team::look(Look look) {
-  const std::lock_guard lock(mutex_);
-  looks_.push_back(std::move(look));
-}
-
-void Team::let_look() {
-  std::vector<Look> looks;
-  {
-    const std::lock_guard lock(mutex_);
-    looks.swap(looks_);
-  }
-  std::erase_if(looks, [&](const Look& look) { return look(map_); });
-  const std::lock_guard lock(mutex_);
-  looks_.insert(looks_.end(), std::make_move_iterator(looks.begin()), std::make_move_iterator(looks.end()));
+void Team::answer() {
+  std::erase_if(open_, [&](const Question& question) { return question(map_); });
+  hand_out();
 }
 
 void Team::show() {
@@ -138,6 +127,7 @@ void Team::run() {
     Inbox inbox = take(!busy);
     const Instant arrived = now();
     apply_all(std::move(inbox), arrived);
+    answer();
     if (stopping_) break;
     const Instant began = now();
     busy = map_.step(began, [this] {
@@ -149,7 +139,6 @@ void Team::run() {
     map_.observe(done);
     hand_out();
     show();
-    let_look();
   }
   const Instant end = now() + Duration(for_the_map_ns_);
   map_.finish_fusion([&] { return now() > end; });

@@ -77,6 +77,17 @@ Fused go(MapFusion& fusion, const TeamLog& log, const MapTarget& target) {
   return {cpu_ms() - before, digest == 0 ? 0 : fusion.submaps_fused() - fused};
 }
 
+// What is merged: the points of each robot's map by itself.
+std::size_t points_apart(const TeamLog& log, const SolutionRecord& solution) {
+  std::size_t out = 0;
+  for (const ChainExtent& extent : everything_here(log, solution)) {
+    MapFusion alone(kBudget);
+    go(alone, log, {solution, {extent}});
+    out += extract_mesh(*alone.map()).vertices.size();
+  }
+  return out;
+}
+
 // The records of one keyframe after the other, at the end of one robot's stream, into a map that has all others'.
 void incremental(const TeamLog& log, const SolutionRecord& solution) {
   MapTarget target{solution, everything_here(log, solution)};
@@ -93,8 +104,9 @@ void incremental(const TeamLog& log, const SolutionRecord& solution) {
   MapFusion anew(kBudget);
   const Fused whole = go(anew, log, target);
   std::ranges::sort(ms);
-  fmt::print("  all records: {} submaps, {} blocks, {} points: {:.0f} ms\n", whole.submaps, anew.map()->used(),
-             extract_mesh(*anew.map()).vertices.size(), whole.ms);
+  fmt::print("  all records: {} submaps, {} points of the robots by themselves, to {} blocks, {} points: {:.0f} ms\n",
+             whole.submaps, points_apart(log, solution), anew.map()->used(), extract_mesh(*anew.map()).vertices.size(),
+             whole.ms);
   fmt::print("  one record more: median {:.1f} ms, most {:.1f} ms: {:.3f} of fusing anew; equal bytes: {}\n",
              ms[ms.size() / 2], ms.back(), ms[ms.size() / 2] / whole.ms, fusion.digest() == anew.digest());
 }

@@ -131,7 +131,7 @@ TEST(Node, NeighboursAreBounded) {
 TEST(Node, LiesAreCounted) {
   Alone alone;
   alone.befriend();
-  const LogId own{RobotId::from_name("self"), 1, 77}, theirs{RobotId::from_name("friend"), 1, 5};
+  const LogId own{RobotId::from_name("self"), 1, 77}, theirs{RobotId::from_name("friend"), 2, 5};
   const wire::HaveEntry ahead{own, 5}, real{theirs, 1};
   alone.hear(datagram({DatagramType::unicast, 5, 77, 2}, [&](wire::Encoder& out) { out.have(1, {&ahead, 1}); }));
   EXPECT_EQ(alone.node.counters().of(Refusal::own_log_ahead), 1u);

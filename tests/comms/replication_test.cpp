@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <string>
 
+#include "comms/memory_store.hpp"
 #include "comms/wire.hpp"
 #include "sim_net.hpp"
 
@@ -359,7 +360,7 @@ TEST(Replication, FullStoreRefusesVoxelsAndKeepsPosesComing) {
       [&] { return net.node(1).frontier().contains(poses) && net.node(1).frontier().at(poses) == 30; }, 10s));
   net.run_for(5s);
   EXPECT_GT(net.node(1).counters().of(Refusal::store_refused), 0u);
-  EXPECT_LE(net[1].store->used(), 500'000u);
+  EXPECT_LE(net[1].store->bytes(), 500'000u);
   EXPECT_THAT(net.node(1).store_full(), testing::HasSubstr("network.store_budget_mb"));
   EXPECT_EQ(net.node(0).store_full(), "");
   EXPECT_LT(net.node(1).counters().bytes_received, 1'500'000u);  // what has no room is not fetched again and again

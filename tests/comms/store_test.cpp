@@ -85,12 +85,12 @@ std::size_t cost_of(std::size_t logs, std::size_t records, std::size_t bytes) {
   config.max_robots = 20'000, config.max_logs = 20'000;
   net.add_team(3, sim::complete(3), config);
   net.run_for(std::chrono::seconds(1));
-  const std::size_t before = mallinfo2().uordblks, charged = net[0].store->used();
+  const std::size_t before = mallinfo2().uordblks, charged = net[0].store->bytes();
   for (std::size_t k = 0; k < logs; ++k)
     for (std::uint32_t seq = 0; seq < records; ++seq)
       if (!net[0].store->append({{{sim::numbered("r", k), 1, 1}, seq}, 1, std::vector<std::uint8_t>(bytes), {}, {}}))
         return 0;
-  return 100 * (mallinfo2().uordblks - before) / (net[0].store->used() - charged);
+  return 100 * (mallinfo2().uordblks - before) / (net[0].store->bytes() - charged);
 }
 
 // In per cent of what is charged.

@@ -154,6 +154,15 @@ TEST(Wire, GoldenHead) {
   EXPECT_EQ(decoder.decode(written([&](Encoder& out) { out.head(head); })), Refusal::bad_frame);
 }
 
+TEST(Wire, GoldenFeedback) {
+  const Feedback feedback{0x01020304u, 0x11121314u, 0x21222324u, 0x31323334u};
+  Decoder decoder;
+  const Frame frame = golden(written([&](Encoder& out) { ASSERT_TRUE(out.feedback(feedback)); }),
+                             "0a 1000 04030201 14131211 24232221 34333231", decoder);
+  EXPECT_EQ(std::get<Feedback>(frame), feedback);
+  EXPECT_EQ(type_of(frame), FrameType::feedback);
+}
+
 TEST(Wire, GoldenLaterLife) {
   const LaterLife later{RobotId::from_name("robot1"), 0x0102030405060708u};
   Decoder decoder;
@@ -301,6 +310,7 @@ Bytes encode_again(const Decoder& decoder) {
     if (const auto* head = std::get_if<Head>(&frame)) out.head(*head);
     if (const auto* ping = std::get_if<Ping>(&frame)) out.ping(ping->token);
     if (const auto* pong = std::get_if<Pong>(&frame)) out.pong(pong->token);
+    if (const auto* feedback = std::get_if<Feedback>(&frame)) out.feedback(*feedback);
     if (const auto* later = std::get_if<LaterLife>(&frame)) out.later_life(*later);
   }
   return Bytes(buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(out.size()));

@@ -183,6 +183,7 @@ TEST_F(ConfigFile, TheExampleCarriesEveryValue) {
   all.merge_while_mapping_s = 1e6;
   all.map_interval_s = 7;
   all.new_chain_after_s = 9;
+  all.chain_keyframes = 123;
   all.lost_after_s = 77;
   all.peer_wait_s = 0;
   all.matches_picture = 9;

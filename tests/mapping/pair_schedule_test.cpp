@@ -48,5 +48,30 @@ TEST(PairSchedule, CostlyLooksAreRarer) {
   EXPECT_TRUE(schedule.due(mine, kOther, {4, false}, kStart + 55s));
 }
 
+// What a few keyframes more make whole again does not part a map for an interval.
+TEST(PairSchedule, ALinkIsGoneWhenItIsRefusedTwiceInARow) {
+  PairSchedule schedule(10s);
+  const Keyframes mine{4, false};
+  schedule.verified(mine, kOther, {4, false}, true, kStart);
+  schedule.verified(mine, kOther, {8, false}, false, kStart + 10s);
+  EXPECT_TRUE(schedule.linked(kOther)) << "in doubt";
+  EXPECT_FALSE(schedule.due(mine, kOther, {8, false}, kStart + 20s));
+  EXPECT_TRUE(schedule.due(mine, kOther, {9, false}, kStart + 20s)) << "with the next keyframe";
+  schedule.verified(mine, kOther, {9, false}, true, kStart + 20s);
+  schedule.verified(mine, kOther, {14, false}, false, kStart + 30s);
+  EXPECT_TRUE(schedule.linked(kOther)) << "accepted in between";
+  schedule.verified(mine, kOther, {15, false}, false, kStart + 40s);
+  EXPECT_FALSE(schedule.linked(kOther));
+  schedule.verified(mine, kOther, {16, false}, false, kStart + 50s);
+  EXPECT_FALSE(schedule.linked(kOther));
+}
+
+TEST(PairSchedule, AtTheEndARefusalCountsAtOnce) {
+  PairSchedule schedule(10s);
+  schedule.verified({4, false}, kOther, {4, false}, true, kStart);
+  schedule.verified({8, true}, kOther, {8, true}, false, kStart + 1s);
+  EXPECT_FALSE(schedule.linked(kOther));
+}
+
 }  // namespace
 }  // namespace onemap::mapping

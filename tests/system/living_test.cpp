@@ -179,5 +179,22 @@ TEST(Carried, ACameraThatIsLostElsewhereFindsItselfInAPeersMap) {
   EXPECT_GT(test::lines(a.out() / "trajectory.txt"), in_map + 100) << "and both ways in its own odometry";
 }
 
+// A chain has an end, since nobody takes more than so many keyframes of one; the map has none.
+TEST(Chains, AfterManyKeyframesTheNextChainIsJoinedToTheEarlierOne) {
+  const test::TempFolder folder;
+  folder.write("robot.toml",
+               "[run]\nchain_keyframes = 100\n[tracking]\nkeyframe_translation_m = 0.02\n"
+               "keyframe_rotation_deg = 1.5\n");
+  Robot robot(folder, "robot", "simulated:living-room?frames=420&seed=6&width=320&height=240",
+              {"--once", "--speed", "max", "--config", folder / "robot.toml"});
+  EXPECT_EQ(robot.ends(120s), 0) << robot.log();
+  EXPECT_THAT(robot.log(), HasSubstr("going on in a new map"));
+  EXPECT_THAT(robot.log(), HasSubstr("link robot's earlier life - robot accepted"));
+  EXPECT_GT(test::lines(robot.out() / "trajectory.txt"), 400u) << "one way";
+  const auto of_robot = [](const auto& file) { return file.path().filename().string().starts_with("robot"); };
+  EXPECT_GE(std::ranges::count_if(std::filesystem::directory_iterator(robot.out() / "global"), of_robot), 2)
+      << "robot.txt, and robot.LIFE.txt: both in one map";
+}
+
 }  // namespace
 }  // namespace onemap

@@ -15,6 +15,7 @@ enum class FrameType : std::uint8_t {
   data = 6,
   ping = 7,
   pong = 8,
+  feedback = 10,
   head = 11,
   later_life = 128  // who does not know this type skips it
 };
@@ -48,6 +49,21 @@ enum class Refusal : std::uint8_t {
   duplicate,        // this datagram was already seen
   too_old,          // so late that it cannot be told from a duplicate
   counter_jump,     // so far ahead that the next datagram has to confirm it
+  // In a team with a key, before the frames are seen:
+  not_sealed,       // a plain datagram
+  bad_size,         // not the size that its type has
+  bad_mac,          // a handshake by somebody who does not know the team's key; it gets no answer
+  under_load,       // a handshake, while there are many: it got a cookie, and shall come again with it
+  busy,             // a handshake beyond what one second may cost
+  bad_handshake,    // not what the other side would have written, or no handshake that we know of
+  bad_cookie,       // an answer to nothing that we asked
+  bad_identity,     // a greeting that its own key did not sign
+  other_key,        // a robot whose name belongs to another key; people are told
+  pins_full,        // there is no room for the key of another robot
+  shut_out,         // it spoke nonsense too often, lately
+  unknown_session,  // of no session that is here (any longer)
+  bad_seal,         // forged, or damaged on the way
+  wrong_name,       // it greets in the name of another robot than the one that proved itself
   // Parts of a good datagram:
   logs_full,           // an entry of a version vector beyond max_logs
   robot_logs_full,     // an entry beyond max_logs_of_robot
@@ -87,7 +103,9 @@ struct Counters {
   std::uint64_t body_bytes_received = 0;   // of them, bytes that were new
   std::uint64_t duplicate_body_bytes = 0;  // bytes of fragments that were already here
   std::uint64_t records_appended = 0;      // own
+  std::uint64_t records_pushed = 0;        // own, sent unasked; each copy counts
   std::uint64_t records_received = 0;      // of others, complete and stored
+  std::uint64_t records_pushed_here = 0;   // of others, that came unasked
   std::uint64_t fragments_reasked = 0;     // asked for again after a loss
   std::uint64_t records_retargeted = 0;    // asked for from another neighbour after silence
   std::uint64_t neighbours_lost = 0;       // fell silent for neighbour_timeout

@@ -27,19 +27,24 @@ struct NodeConfig {
   // One life of this robot, from 1 to 2^63 - 1; a later start must use a greater one, so it comes from a counter that
   // is kept. outlived() tells when neighbours know a later one.
   std::uint64_t incarnation = 1;
-  std::optional<Identity> identity{};          // what own records are signed with; without one nothing can be appended
-  std::vector<Endpoint> peers;                 // greeted from the start; others are accepted when they greet us
-  std::optional<Endpoint> group;               // multicast group for beacons
-  std::uint64_t bytes_per_second = 4'000'000;  // pacing of record bodies, over all neighbours
-  std::size_t train_datagrams = 8;             // at most this many at once
+  std::optional<Identity> identity{};           // what own records are signed with; without one nothing can be appended
+  std::vector<Endpoint> peers;                  // greeted from the start; others are accepted when they greet us
+  std::optional<Endpoint> group;                // multicast group for beacons
+  std::uint64_t bytes_per_second = 16'000'000;  // of record bodies at most, over all neighbours
+  // Data to one neighbour, IP and UDP headers included: never slower, never faster. Between, the protocol finds the
+  // rate that the way carries.
+  std::uint64_t link_least_bytes_per_second = 8'000, link_most_bytes_per_second = 125'000'000;
+  std::size_t train_datagrams = 8;  // at most this many at once
   Duration beacon_min = std::chrono::milliseconds(250), beacon_max = std::chrono::seconds(4);
   Duration neighbour_timeout = std::chrono::seconds(20);
-  std::size_t credit_bytes = 256u << 10;    // asked for and not yet arrived, from one neighbour
+  // Asked for and not yet arrived, from one neighbour: so much at first, and more on a way that is fast and long.
+  std::size_t credit_bytes = 256u << 10, most_credit_bytes = 2u << 20;
   std::size_t reassembly_bytes = 4u << 20;  // incomplete or out of order records
   // Configured peers always have their place; of the other neighbours of one address there may be a quarter of
   // max_neighbours.
   std::size_t max_neighbours = 32;
   std::size_t max_robots = 1024;                         // that count: see team()
+  bool sealed = false;                                   // a Guard stands between this node and the network
   std::size_t max_logs = 4096, max_logs_of_robot = 256;  // a life of a robot has up to kLaneCount logs
 };
 
@@ -52,6 +57,11 @@ struct NeighbourStatus {
   double loss = 0.0;      // estimate of datagrams lost on the way from there to here, 0..1
   Duration round_trip{};  // smoothed; 0 when not measured yet
   std::uint64_t bytes_in = 0, bytes_out = 0;
+  double rate = 0.0;      // bytes a second at which data may go there now
+  Duration queue{};       // that data wait on the way there; 0 when not measured
+  double loss_there = 0;  // of datagrams on the way there, as it says itself, 0..1
+  // Of record bodies, in whole fragments: asked of it and not come yet; asked by it and not sent yet.
+  std::uint64_t asked_bytes = 0, queued_bytes = 0;
   std::uint64_t frontier_digest = 0, map_digest = 0;  // as it last said itself
   std::uint8_t flags = 0;
 };
@@ -101,6 +111,20 @@ class Node {
   void on_datagram(Instant now, const Endpoint& from, std::span<const std::uint8_t> bytes);
   void on_timer(Instant now);
   Instant next_deadline() const;  // call on_timer then, or earlier
+
+  // For a Guard, in place of on_datagram: it has proved who speaks, and takes each datagram once. Refusal::count:
+  // taken; else why not, counted.
+  struct Proof {
+    RobotId robot;
+    std::uint64_t incarnation = 0;
+    std::uint64_t counter = 0;  // later datagrams of one sender have greater ones
+    std::size_t bytes = 0;      // of the datagram
+    double loss = 0.0;          // of what came from there, 0..1
+    bool group = false;         // anybody of the team may have sealed it
+  };
+  Refusal on_session(Instant now, const Endpoint& from, const Proof& proof);  // one begins: a proved neighbour
+  Refusal on_sealed(Instant now, const Endpoint& from, const Proof& proof, std::span<const std::uint8_t> frames);
+  void on_moved(Instant now, const Endpoint& from, const Endpoint& to);  // a neighbour has another address now
 
   // Writes the next record of the own log of this lane. The error says why it cannot: the body is larger than
   // kMaxRecordBytes, or the lane is unknown, or the store has no room (in its words); counted.

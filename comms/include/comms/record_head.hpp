@@ -21,12 +21,12 @@ struct RecordHead {
   Hash body{};              // its digest
   Hash previous{};
 };
-inline constexpr std::size_t kHeadBytes = 115;  // as it is signed (comms/PROTOCOL.md)
+inline constexpr std::size_t kSignedHeadBytes = 115;  // as it is signed (comms/PROTOCOL.md)
 inline constexpr std::size_t kSealBytes = 96;   // previous 32, signature 64: what travels with a body
 
 Hash digest_of(std::span<const std::uint8_t> bytes);
 RecordHead head_of(const Record& record);  // digests the body, if it is there
-std::array<std::uint8_t, kHeadBytes> signed_bytes(const RecordHead& head);
+std::array<std::uint8_t, kSignedHeadBytes> signed_bytes(const RecordHead& head);
 Hash hash_of(const RecordHead& head);  // of its signed bytes; a signature is no part of it
 
 // The same record without its body: head and seal are what they were.

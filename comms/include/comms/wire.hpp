@@ -17,10 +17,13 @@ namespace onemap::comms::wire {
 class Decoder {
  public:
   Refusal decode(std::span<const std::uint8_t> datagram);
+  // The same of frames that came sealed: `header` is what a plain datagram would have said.
+  Refusal decode(const Header& header, std::span<const std::uint8_t> frames);
   const Header& header() const { return header_; }
   std::span<const Frame> frames() const { return frames_; }
 
  private:
+  void clear();
   Refusal decode_frames(std::span<const std::uint8_t> frames);
   bool decode_frame(std::uint8_t type, std::span<const std::uint8_t> body);
   bool decode_status(std::span<const std::uint8_t> body);
@@ -46,7 +49,7 @@ class Encoder {
   Encoder(std::span<std::uint8_t, kMaxDatagramBytes> buffer, const Header& header);
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == kHeaderBytes; }
-  std::size_t room() const { return kHeaderBytes + kMaxFramesBytes - size_; }
+  std::size_t room() const { return kHeaderBytes + max_frames_ - size_; }
 
   bool beacon(const Beacon& beacon);
   std::size_t status(std::span<const RobotStatus> robots);
@@ -57,6 +60,7 @@ class Encoder {
   bool head(const Head& head);
   bool ping(std::uint32_t token);
   bool pong(std::uint32_t token);
+  bool feedback(const Feedback& feedback);
   bool later_life(const LaterLife& later);
 
  private:
@@ -74,6 +78,7 @@ class Encoder {
   void put(const RobotId& robot);
   void put(const LogId& log);
   std::span<std::uint8_t, kMaxDatagramBytes> buffer_;
+  std::size_t max_frames_;
   std::size_t size_ = kHeaderBytes;
 };
 

@@ -13,6 +13,7 @@ constexpr std::uint8_t kFirstBulkLane = 2;
 constexpr std::size_t kMaxFetches = 512;
 constexpr std::uint32_t kLookahead = 256;  // records of one log beyond its first missing one
 constexpr std::uint32_t kMaxGuess = 64;
+constexpr Duration kServerQueue = milliseconds(60);
 constexpr auto kWantDelay = milliseconds(2);  // bulk asks wait so long for company
 }  // namespace
 
@@ -23,9 +24,15 @@ Fetcher::Fetcher(Limits limits, LogStore& store, Notary& notary, Counters& count
       std::max(limits_.reassembly_bytes, wire::kMaxPayloadBytes + 2 * kMaxGuess * kFragmentBytes);
 }
 
-// Control and poses may ask a quarter more, so that they never wait for bulk to drain.
-std::size_t Fetcher::window(std::uint8_t lane) const {
-  const std::size_t whole = std::max(limits_.credit_bytes, 4 * kFragmentBytes);
+// Twice what comes in a round trip and while as much waits at the server as keeps it busy when some asks are lost; and
+// more when many are: what is lost, on the way there or back, counts until that is noticed. Control and poses may ask a
+// quarter more, so that they never wait for bulk to drain.
+std::size_t Fetcher::window(const Peer& peer, std::uint8_t lane) const {
+  const double arrive = 1.0 - std::min(peer.session.loss(), 0.5);
+  const double flow = 2.0 * peer.arrivals.bytes_per_second() / (arrive * arrive) *
+                      to_seconds(peer.round_trip.smoothed() + kServerQueue);
+  const std::size_t whole = std::max(
+      {4 * kFragmentBytes, limits_.credit_bytes, std::min(limits_.most_credit_bytes, static_cast<std::size_t>(flow))});
   return lane < kFirstBulkLane ? whole + whole / 4 : whole;
 }
 
@@ -68,7 +75,7 @@ void Fetcher::plan(Instant now, Peers& peers) {
   no_room_for_ = std::numeric_limits<std::size_t>::max();
   for (auto& [endpoint, peer] : peers) {
     const std::size_t out = peer.asks.outstanding() * kFragmentBytes;
-    peer.asks.may_ask_bulk = out <= window(kFirstBulkLane) / 4 * 3;
+    peer.asks.may_ask_bulk = out <= window(peer, kFirstBulkLane) / 8 * 7;
   }
   for (std::uint8_t lane = 0; lane < kLaneCount; ++lane) {
     ask_missing(now, lane, peers);
@@ -109,7 +116,7 @@ bool Fetcher::open(Instant now, const RecordId& id, Peers& peers) {
   const auto size = sizes_.find(id);
   const std::size_t guess = size == sizes_.end() ? guess_[id.log.lane] : wire::fragments_of(size->second);
   Peer* peer = choose(now, id, peers);
-  if (peer == nullptr || (peer->asks.outstanding() + 1) * kFragmentBytes > window(id.log.lane)) return false;
+  if (peer == nullptr || (peer->asks.outstanding() + 1) * kFragmentBytes > window(*peer, id.log.lane)) return false;
   if (id.log.lane >= kFirstBulkLane && !peer->asks.may_ask_bulk) return false;
   if (!make_room(id, guess * kFragmentBytes)) return false;
   sizes_.erase(id);
@@ -139,7 +146,7 @@ Peer* Fetcher::choose(Instant now, const RecordId& id, Peers& peers, const Peer*
 void Fetcher::ask(Instant now, Peer& peer, const RecordId& id, Fetch& fetch) {
   const std::uint8_t lane = id.log.lane;
   if (lane >= kFirstBulkLane && !peer.asks.may_ask_bulk) return;
-  const std::size_t limit = window(lane) / kFragmentBytes;
+  const std::size_t limit = window(peer, lane) / kFragmentBytes;
   const std::size_t out = peer.asks.outstanding();
   std::size_t room = limit > out ? limit - out : 0;
   const Assembly& record = fetch.assembly;

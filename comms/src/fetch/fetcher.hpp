@@ -25,7 +25,7 @@ class Fetcher {
  public:
   using Peers = std::map<Endpoint, Peer>;
   struct Limits {
-    std::size_t credit_bytes, reassembly_bytes;
+    std::size_t credit_bytes, most_credit_bytes, reassembly_bytes;
   };
   // Says at any time whether records of a log may come in (Refusal::count), or why not.
   using Judge = std::function<Refusal(const LogId&)>;
@@ -45,13 +45,13 @@ class Fetcher {
     std::uint8_t hops = 0;
   };
   std::vector<Stored> take_stored() { return std::exchange(stored_, {}); }
+  std::size_t credit_to_announce(const Peer& peer) const { return window(peer, 0); }
   struct Spoilt {  // a record that is not its author's next one
     RecordId id;
     Refusal reason;
     Endpoint from;  // whose last part it was
   };
   std::vector<Spoilt> take_spoilt() { return std::exchange(spoilt_, {}); }
-  std::size_t credit_to_announce() const { return window(0); }
   // Logs of which living neighbours hold more than is here, and how much more.
   std::vector<std::pair<LogId, std::uint32_t>> missing(const Peers& peers) const;
   std::string store_full() const;  // the store's words, while complete records wait for room in it
@@ -71,7 +71,7 @@ class Fetcher {
   };
   using Fetches = std::map<RecordId, Fetch>;
 
-  std::size_t window(std::uint8_t lane) const;
+  std::size_t window(const Peer& peer, std::uint8_t lane) const;
   std::uint32_t held(const LogId& log) const;
   std::uint32_t offer(const LogId& log, const Peers& peers) const;
   void note_need(const RecordId& id, const Fetch& fetch);
@@ -83,6 +83,9 @@ class Fetcher {
   void open_more(Instant now, std::uint8_t lane, Peers& peers);
   bool open(Instant now, const RecordId& id, Peers& peers);
   // fetcher_answers.cpp
+  bool takes_unasked(const Peer& from, const wire::Data& data) const;
+  bool repeats_push(const wire::Data& data) const;
+  void accept_pushed(Instant now, Peer& from, const wire::Data& data);
   bool learn(Peer& from, const wire::Data& data, Fetch& fetch);
   bool reserve(const RecordId& id, Fetch& fetch, std::uint32_t bytes);
   bool make_room(const RecordId& id, std::size_t bytes);

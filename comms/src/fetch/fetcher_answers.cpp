@@ -9,15 +9,18 @@ namespace onemap::comms {
 
 namespace {
 constexpr std::uint32_t kMaxGuess = 64;
+constexpr std::uint32_t kPushedAhead = 64;  // of the first that is missing
+constexpr std::size_t kMaxPushed = 1024;    // fetches, with what was asked for
 constexpr auto kStoreRetry = std::chrono::seconds(1), kSpoiltRetry = std::chrono::seconds(1);
-constexpr unsigned kMostDoublings = 6;
+constexpr unsigned kMostDoublings = 3;
 }  // namespace
 
 void Fetcher::on_data(Instant now, Peer& from, const wire::Data& data) {
   no_room_for_ = std::numeric_limits<std::size_t>::max();
   const auto at = fetches_.find(data.id);
+  if (at == fetches_.end() && takes_unasked(from, data)) return accept_pushed(now, from, data);
   if (at == fetches_.end() || at->second.complete()) {
-    counters_.refuse(Refusal::data_unasked);
+    if (!repeats_push(data)) counters_.refuse(Refusal::data_unasked);
     counters_.duplicate_body_bytes += data.bytes.size();
     return;
   }
@@ -37,6 +40,36 @@ void Fetcher::on_data(Instant now, Peer& from, const wire::Data& data) {
   counters_.body_bytes_received += data.bytes.size();
   from.asks.progressed(now, data.id.log.lane);
   if (fetch.assembly.complete()) settle(now, from, data.id, fetch);
+}
+
+// Its author pushes it, and it is among the next of its log.
+bool Fetcher::takes_unasked(const Peer& from, const wire::Data& data) const {
+  const LogId& log = data.id.log;
+  if (log.lane > wire::kLastPushedLane || wire::fragments_of(data.total_bytes) != 1) return false;
+  if (log.robot != from.who.robot || log.incarnation != from.who.incarnation) return false;
+  const std::uint32_t have = held(log);
+  return data.id.seq >= have && data.id.seq < have + kPushedAhead && !blocked_.contains(log) &&
+         fetches_.size() < kMaxPushed && judge_(log) == Refusal::count;
+}
+
+bool Fetcher::repeats_push(const wire::Data& data) const {
+  return data.id.log.lane <= wire::kLastPushedLane && wire::fragments_of(data.total_bytes) == 1 &&
+         (data.id.seq < held(data.id.log) || fetches_.contains(data.id));
+}
+
+// Whoever writes a record holds all before it, so what is missing of them is asked for.
+void Fetcher::accept_pushed(Instant now, Peer& from, const wire::Data& data) {
+  if (wire::body_hash(data.kind, data.bytes) != data.body_hash) return counters_.refuse(Refusal::data_bad_hash);
+  if (!make_room(data.id, data.bytes.size())) return counters_.refuse(Refusal::reassembly_full);
+  Fetch& fetch = fetches_[data.id];
+  fetch.reserved_bytes = data.bytes.size();
+  used_bytes_ += fetch.reserved_bytes;
+  fetch.assembly.learn(data);
+  fetch.assembly.keep(data);
+  counters_.body_bytes_received += data.bytes.size();
+  ++counters_.records_pushed_here;
+  if (from.frontier.raise(data.id.log, data.id.seq + 1)) offered(data.id.log);
+  settle(now, from, data.id, fetch);
 }
 
 // The first fragment says how large the record is; the others must agree with it.

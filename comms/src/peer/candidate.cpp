@@ -13,9 +13,10 @@ void Candidate::greeted(Instant now, const RobotId& who, std::uint64_t life, boo
     beacon_due = true;
     return;
   }
-  if (token_ == 0) token_ = static_cast<std::uint32_t>(random.next() >> 32) | 1u;
   ping_due = true;
-  stays_until_ = now + kNamedStays;
+  if (token_ != 0) return;
+  token_ = static_cast<std::uint32_t>(random.next() >> 32) | 1u;
+  stays_until_ = now + kNamedStays;  // and no longer: who is there has answered by then
 }
 
 }  // namespace onemap::comms

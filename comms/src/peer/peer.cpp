@@ -11,6 +11,7 @@ void Peer::become(const RobotId& robot, std::uint64_t incarnation) {
   fresh.ever_heard = ever_heard;
   fresh.session = session;
   fresh.session.begin_again();
+  fresh.rate = RateController(rate.bounds());
   fresh.bytes_in = bytes_in;
   fresh.bytes_out = bytes_out;
   fresh.who.robot = robot;  // before *this changes: it may be the candidate's

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 
 #include "comms/endpoint.hpp"
 #include "fetch/ask_ledger.hpp"
@@ -9,19 +10,27 @@
 #include "peer/outbox.hpp"
 #include "peer/peer_frontier.hpp"
 #include "peer/pings.hpp"
+#include "peer/push_queue.hpp"
 #include "peer/round_trip.hpp"
 #include "peer/serve_queue.hpp"
+#include "rate/airtime.hpp"
+#include "rate/arrivals.hpp"
+#include "rate/lane_order.hpp"
+#include "rate/rate_controller.hpp"
 #include "session/session.hpp"
 
 namespace onemap::comms {
 
 // Who speaks from an endpoint, and whether it is there.
-struct Who {
+struct Speaker {
   RobotId robot;
   std::uint64_t incarnation = 0;  // 0: nobody was heard yet
   bool proved = false;            // it has named our life, so it hears us at this address
   bool alive = false;             // proved, and heard within the time limit
   Instant last_heard{};
+  // Others tell of a later life of it: until then it is asked whether it is still there; after silence it is doubtful.
+  std::optional<Instant> asked_until{};
+  bool doubtful = false;
 };
 
 // What it says about itself in beacons, the digest of its frontier aside.
@@ -35,7 +44,7 @@ struct Peer {
   Endpoint endpoint;
   bool configured = false;  // greeted although it never answered, and keeps its place
   bool ever_heard = false;  // by whatever name
-  Who who;
+  Speaker who;
   Candidate candidate;  // another who would speak from here
   Session session;
   RoundTrip round_trip;
@@ -45,6 +54,11 @@ struct Peer {
   Outbox outbox;          // what it is told
   AskLedger asks;         // what was asked of it
   ServeQueue serve;       // what it asked for
+  PushQueue push;         // what it gets unasked
+  RateController rate;    // how fast data may go there
+  LaneOrder lanes;        // which of its lanes is next
+  AirtimeTurn turn;
+  Arrivals arrivals;  // what came from there, for its rate
   std::uint64_t bytes_in = 0, bytes_out = 0;
 
   // Another robot or life speaks from here from now on: nothing that was known holds, but we go on counting.

@@ -1,6 +1,8 @@
 #include "peer/peer_frontier.hpp"
 
 #include <algorithm>
+#include <bit>
+#include <utility>
 
 #include "comms/frontier.hpp"
 
@@ -12,6 +14,7 @@ namespace {
 constexpr std::uint64_t kReordered = 64;  // datagrams that may overtake each other
 constexpr auto kRefusedRetry = std::chrono::seconds(4);
 constexpr auto kRequestGap = milliseconds(50);
+constexpr unsigned kRequestsInVain = 8;
 constexpr unsigned kPatientRequests = 6, kMostSteps = 5;  // then twice as long each time
 }  // namespace
 
@@ -44,11 +47,22 @@ void PeerFrontier::claim(Instant now, std::uint64_t datagram, std::uint64_t dige
   request_at_ = request_at_ ? std::min(*request_at_, at) : at;
 }
 
-void PeerFrontier::requested(Instant now, Duration round_trip) {
+bool PeerFrontier::requested(Instant now, Duration round_trip) {
   const unsigned steps = std::clamp(requests_, kPatientRequests, kPatientRequests + kMostSteps) - kPatientRequests;
   last_request_ = now;
   ++requests_;
   request_at_ = not_too_often(now + (kRequestGap + 2 * round_trip) * (1u << steps));
+  // More seldom each time: what takes many datagrams has time to come through losses.
+  if (requests_ < kRequestsInVain || !std::has_single_bit(requests_)) return false;
+  logs_.clear();
+  digest_ = 0;
+  return true;
+}
+
+void PeerFrontier::judge_again(Instant now) {
+  if (!std::exchange(refused_some_, false)) return;
+  requests_ = 0;
+  request_at_ = std::max(now, last_request_ + kRequestGap);
 }
 
 // What was refused of its frontier will differ again.

@@ -15,13 +15,16 @@ class PeerFrontier {
   const VersionVector& logs() const { return logs_; }
   bool raise(const LogId& log, std::uint32_t count);  // true: more than before
   void refused_some() { refused_some_ = true; }       // an entry is not kept: the digests will differ for long
+  void judge_again(Instant now);                      // what was refused may be welcome now: ask for it soon
 
   // In the datagram with this (unfolded) counter. Claims that were overtaken do not count.
   void claim(Instant now, std::uint64_t datagram, std::uint64_t digest, Duration round_trip);
   std::uint64_t claimed_digest() const { return claimed_; }
 
   std::optional<Instant> next_request() const { return request_at_; }
-  void requested(Instant now, Duration round_trip);
+  // True: it was requested so often in vain that something gathered must be wrong (a count that was never true cannot
+  // be lowered again): all of it is forgotten, and gathered anew.
+  bool requested(Instant now, Duration round_trip);
   void be_patient_again() { requests_ = 0; }
   void ask_no_more() { request_at_.reset(); }
 

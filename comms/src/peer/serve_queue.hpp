@@ -18,6 +18,7 @@ class ServeQueue {
   Answer push(const RecordId& id, std::uint8_t hops, std::uint32_t first, std::uint32_t end, std::size_t credit_bytes);
   bool empty(std::uint8_t lane) const { return lanes_[lane].empty(); }
   bool empty() const { return queued_bytes_ == 0; }
+  std::size_t queued_bytes() const { return queued_bytes_; }
 
   struct Next {
     RecordId id;

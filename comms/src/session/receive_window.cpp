@@ -1,7 +1,5 @@
 #include "session/receive_window.hpp"
 
-#include <algorithm>
-
 namespace onemap::comms {
 
 namespace {
@@ -34,7 +32,7 @@ ReceiveWindow::Arrival ReceiveWindow::accept(std::uint32_t counter) {
   }
   if (seen_[at % kWindow]) return {Verdict::duplicate, at};
   seen_[at % kWindow] = true;
-  if (at > block_start_) ++received_in_block_;
+  meter_.overtaken(at);
   return {Verdict::fresh, at};
 }
 
@@ -44,25 +42,14 @@ void ReceiveWindow::anchor(std::uint64_t at) {
   elsewhere_.reset();
   seen_[at % kWindow] = true;
   highest_ = at;
-  block_start_ = at - 1;
-  received_in_block_ = 1;
+  meter_.begin(at);
 }
 
 void ReceiveWindow::advance(std::uint64_t at) {
   for (std::uint64_t c = highest_ + 1; c != at; ++c) seen_[c % kWindow] = false;
   highest_ = at;
   seen_[at % kWindow] = true;
-  ++received_in_block_;
-  if (highest_ - block_start_ >= kBlock) count_block();
-}
-
-void ReceiveWindow::count_block() {
-  const auto expected = static_cast<double>(highest_ - block_start_);
-  const double lost = std::max(0.0, 1.0 - static_cast<double>(received_in_block_) / expected);
-  loss_ = measured_ ? 0.75 * loss_ + 0.25 * lost : lost;
-  measured_ = true;
-  block_start_ = highest_;
-  received_in_block_ = 0;
+  meter_.newest(at);
 }
 
 }  // namespace onemap::comms

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "session/counter_loss.hpp"
+
 namespace onemap::comms {
 
 // Which datagram counters of a sender were seen, and how many were lost. Counters have 32 bits on the wire and go
@@ -18,19 +20,16 @@ class ReceiveWindow {
     std::uint64_t at;  // the counter unfolded: it ascends as long as the sender counts
   };
   Arrival accept(std::uint32_t counter);
-  double loss() const { return loss_; }
+  double loss() const { return meter_.loss(); }
 
  private:
-  static constexpr std::uint64_t kBlock = 64, kNear = 64;
+  static constexpr std::uint64_t kNear = 64;
   void anchor(std::uint64_t at);
   void advance(std::uint64_t at);
-  void count_block();
   std::bitset<kWindow> seen_;
   std::uint64_t highest_ = 0;  // 0: nothing was seen yet
-  std::uint64_t block_start_ = 0, received_in_block_ = 0;
+  CounterLoss meter_;
   std::optional<std::uint64_t> elsewhere_;  // the last one that was far from all others
-  double loss_ = 0.0;
-  bool measured_ = false;
 };
 
 }  // namespace onemap::comms

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <utility>
 
 #include "comms/counters.hpp"
@@ -8,8 +9,8 @@
 
 namespace onemap::comms {
 
-// What lies under the frames between us and one endpoint, in its plain form: lives are named, datagrams are counted and
-// taken once. A secure session will take this place and its header; whoever writes or reads frames sees no difference.
+// What lies under the frames between us and one endpoint: lives are named, datagrams are counted, and plain ones are
+// taken once. Sealed ones were looked at by the Guard, which says what it found.
 class Session {
  public:
   struct Arrival {
@@ -23,14 +24,20 @@ class Session {
   wire::Header next_header(std::uint64_t own_life, std::uint64_t their_life) {
     return {wire::DatagramType::unicast, own_life, their_life, std::exchange(counter_, wire::next_counter(counter_))};
   }
+  std::uint32_t last_counter() const { return counter_ == 1 ? 0xFFFFFFFF : counter_ - 1; }  // of next_header
   // Refusal::count: the datagram is new, and `arrival` says when it was sent, among others.
   Refusal accept(const wire::Header& header, Arrival& arrival);
-  double loss() const { return unicast_.loss(); }  // of unicast datagrams on the way here, 0..1
-  void begin_again() { unicast_ = group_ = {}; }   // another life speaks from there; we go on counting
+  void heard_sealed(double loss) { sealed_loss_ = loss; }
+  // Of unicast datagrams on the way here, 0..1.
+  double loss() const { return sealed_loss_.value_or(unicast_.loss()); }
+  void count_from(std::uint32_t counter) { counter_ = counter; }
+  std::uint32_t counter() const { return counter_; }
+  void begin_again() { unicast_ = group_ = {}; }  // another life speaks from there; we go on counting
 
  private:
   std::uint32_t counter_ = 1;
   ReceiveWindow unicast_, group_;
+  std::optional<double> sealed_loss_;
 };
 
 }  // namespace onemap::comms

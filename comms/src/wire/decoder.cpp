@@ -29,16 +29,18 @@ std::uint32_t fragment_size(std::uint32_t total, std::uint32_t fragment) {
 }  // namespace
 
 FrameType type_of(const Frame& frame) {
-  if (std::holds_alternative<LaterLife>(frame)) return FrameType::later_life;
-  if (std::holds_alternative<Head>(frame)) return FrameType::head;
-  return static_cast<FrameType>(frame.index() + 1);
+  constexpr std::array kTypes{FrameType::beacon,   FrameType::status,     FrameType::have, FrameType::have_request,
+                              FrameType::want,     FrameType::data,       FrameType::ping, FrameType::pong,
+                              FrameType::feedback, FrameType::later_life, FrameType::head};  // in the order of Frame
+  static_assert(kTypes.size() == std::variant_size_v<Frame>);
+  return kTypes[frame.index()];
 }
 
 std::uint64_t body_hash(std::uint16_t kind, std::span<const std::uint8_t> payload) {
   return XXH3_64bits_withSeed(payload.data(), payload.size(), kind);
 }
 
-Refusal Decoder::decode(std::span<const std::uint8_t> datagram) {
+void Decoder::clear() {
   frames_.clear();
   robots_.clear();
   have_.clear();
@@ -46,6 +48,16 @@ Refusal Decoder::decode(std::span<const std::uint8_t> datagram) {
   robots_.reserve(kMaxFramesBytes / kStatusEntryBytes);
   have_.reserve(kMaxFramesBytes / kHaveEntryBytes);
   want_.reserve(kMaxFramesBytes / kWantEntryBytes);
+}
+
+Refusal Decoder::decode(const Header& header, std::span<const std::uint8_t> frames) {
+  clear();
+  header_ = header;
+  return decode_frames(frames);
+}
+
+Refusal Decoder::decode(std::span<const std::uint8_t> datagram) {
+  clear();
   const Refusal verdict = read_header(datagram, header_);
   if (verdict != Refusal::count) return verdict;
   return decode_frames(datagram.subspan(kHeaderBytes));
@@ -103,6 +115,15 @@ bool Decoder::decode_frame(std::uint8_t type, std::span<const std::uint8_t> body
     case FrameType::pong:
       frames_.emplace_back(Pong{in.get<std::uint32_t>()});
       return in.done();
+    case FrameType::feedback: {
+      Feedback feedback;
+      feedback.highest = in.get<std::uint32_t>();
+      feedback.received = in.get<std::uint32_t>();
+      feedback.clock_us = in.get<std::uint32_t>();
+      feedback.delay_us = in.get<std::uint32_t>();
+      frames_.emplace_back(feedback);
+      return in.done();
+    }
     case FrameType::head:
       return decode_head(body);
     case FrameType::later_life: {

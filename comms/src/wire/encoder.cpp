@@ -4,7 +4,8 @@
 
 namespace onemap::comms::wire {
 
-Encoder::Encoder(std::span<std::uint8_t, kMaxDatagramBytes> buffer, const Header& header) : buffer_(buffer) {
+Encoder::Encoder(std::span<std::uint8_t, kMaxDatagramBytes> buffer, const Header& header)
+    : buffer_(buffer), max_frames_(header.type == DatagramType::group ? kMaxGroupFramesBytes : kMaxFramesBytes) {
   write_header(buffer, header);
 }
 
@@ -114,6 +115,15 @@ bool Encoder::ping(std::uint32_t token) {
 bool Encoder::pong(std::uint32_t token) {
   if (!open(FrameType::pong, sizeof token)) return false;
   put(token);
+  return true;
+}
+
+bool Encoder::feedback(const Feedback& feedback) {
+  if (!open(FrameType::feedback, kFeedbackBytes)) return false;
+  put(feedback.highest);
+  put(feedback.received);
+  put(feedback.clock_us);
+  put(feedback.delay_us);
   return true;
 }
 

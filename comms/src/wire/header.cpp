@@ -10,9 +10,9 @@ constexpr std::uint8_t kMagicMask = 0xF0;
 
 Refusal read_header(std::span<const std::uint8_t> datagram, Header& header) {
   if (datagram.size() < kHeaderBytes) return Refusal::too_short;
-  if (datagram.size() > kHeaderBytes + kMaxFramesBytes) return Refusal::too_long;
   if ((datagram[0] & kMagicMask) != (kMagicAndVersion & kMagicMask)) return Refusal::bad_magic;
   if (datagram[0] != kMagicAndVersion) return Refusal::bad_version;
+  if (datagram.size() > kHeaderBytes + kMaxFramesBytes) return Refusal::too_long;
   ByteReader in(datagram.subspan(1));
   header.type = static_cast<DatagramType>(in.get<std::uint8_t>());
   if (header.type != DatagramType::unicast && header.type != DatagramType::group) return Refusal::bad_type;

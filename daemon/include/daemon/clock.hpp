@@ -8,6 +8,9 @@ namespace onemap::daemon {
 // The only place that reads a clock; everything below the daemon takes `now` as an argument.
 Instant now();
 
+// Of the configuration: its times are seconds.
+constexpr Duration seconds(double s) { return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s)); }
+
 // Processor time of the calling thread: what a frame costs, whatever else runs on the machine.
 Duration thread_cpu_time();
 

@@ -83,7 +83,9 @@ class Pipeline {
   void make_mapper();
   // A camera that is lost for long where there is something to see is somewhere that the map does not have.
   void note_lost(const hal::FrameView& frame, const mapping::FrameReport& report);
-  void begin_chain(FrameTime lost);
+  void note_length();
+  void give_up(FrameTime lost);
+  bool begin_chain();  // false: the publisher takes nothing more
   void seal_all();
   void process(const hal::FrameView& frame);
   void keep_pose(const hal::FrameView& frame, const mapping::FrameReport& report);

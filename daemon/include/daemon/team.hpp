@@ -42,16 +42,14 @@ class Team {
   void begin_life(std::uint64_t incarnation, bool repeats);
   // Any thread: when each robot was last known to live, and of whom every record that is known of is here.
   void presence(const std::map<RobotId, Instant>& last_sign, const std::set<RobotId>& records_complete);
-  // Any thread: asked on the team's thread, between two pieces of its work, which take up to seconds.
-  void ask(std::function<void(mapping::TeamMap&)> question);
   TeamView view() const;
   const Heartbeat& heartbeat() const { return heartbeat_; }
   LinkTally links() const;  // any thread
-  // Any thread: calls look(map) on the team's thread, between two pieces of its work, again and again until it says
-  // that it has seen what it wanted. It must be quick: the team's work waits. What has not been called when the thread
-  // ends never is.
-  using Look = std::function<bool(const mapping::TeamMap&)>;
-  void look(Look look);
+  // Any thread: calls question(map) on the team's thread, between two pieces of its work, which take up to seconds;
+  // again and again until it says that it is answered. It must be quick: the team's work waits. What has not been
+  // called when the thread ends never is.
+  using Question = std::function<bool(mapping::TeamMap&)>;
+  void ask(Question question);
   const mapping::TeamMap& map() const { return map_; }  // after stop()
 
  private:
@@ -61,7 +59,7 @@ class Team {
     std::map<RobotId, Instant> last_sign;
     std::set<RobotId> records_complete;
     bool presence = false;
-    std::vector<std::function<void(mapping::TeamMap&)>> questions;
+    std::vector<Question> questions;
     bool empty() const { return records.empty() && !new_life && questions.empty(); }
   };
   void run();
@@ -69,19 +67,19 @@ class Team {
   void apply_all(Inbox inbox, Instant arrived);
   void hand_out();
   void show();
-  void let_look();
+  void answer();
 
   Failures& failures_;
   Log& log_;
   const Publish publish_;
   std::function<void(const mapping::TeamEvent&)> told_;
   mapping::TeamMap map_;
-  mutable std::mutex mutex_;  // of inbox_, view_, links_ and looks_
+  mutable std::mutex mutex_;  // of inbox_, view_ and links_
   std::condition_variable wake_;
   Inbox inbox_;
   TeamView view_;
   LinkTally links_;
-  std::vector<Look> looks_;
+  std::vector<Question> open_;  // the thread's own
   std::atomic<bool> stopping_ = false;
   std::atomic<std::int64_t> for_the_map_ns_ = Duration(kForTheMap).count();
   Heartbeat heartbeat_;

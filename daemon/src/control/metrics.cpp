@@ -95,6 +95,8 @@ void add_map(const RobotFacts& f, PrometheusText& out) {
   out.sample({{"digest", digest_text(f.status.map_digest)}}, 1);
   out.one("onemap_map_agreed", Type::gauge, "1 while every robot that counts holds the same map.",
           f.status.map_agreed ? 1 : 0);
+  out.one("onemap_place_keyframes_left_out", Type::gauge, "Own keyframes that the thinned place index does not hold.",
+          count(f.team.places_left_out));
   out.one("onemap_maps_fused_total", Type::counter, "Global maps that were fused.", count(f.links.maps_fused));
   out.one("onemap_merge_seconds", Type::gauge, "From the end of the last robot's work to the map.",
           to_seconds(f.team.merge));

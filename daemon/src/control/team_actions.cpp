@@ -54,7 +54,10 @@ ControlActions::Action about_two(Team& team, Question question) {
   return [&team, question](const Json& request, const Later& later) {
     const auto a = robot_in(request, "a"), b = robot_in(request, "b");
     if (!a || !b) return later(!a ? a.error() : b.error());
-    team.ask([=, a = *a, b = *b](mapping::TeamMap& map) { later(question(map, a, b)); });
+    team.ask([=, a = *a, b = *b](mapping::TeamMap& map) {
+      later(question(map, a, b));
+      return true;
+    });
   };
 }
 

@@ -66,6 +66,8 @@ void declare(CLI::App& app, Given& g) {
   app.add_option("--features", g.config.features, "surf or orb")->check(CLI::IsMember({"surf", "orb"}));
   app.add_option("--config", g.config.robot_config, "TOML file for every robot, see onemapd --help-config")
       ->type_name("FILE");
+  app.add_option("--team-key", g.config.team_key, "file with a team key (onemapctl team init --file FILE)")
+      ->type_name("FILE");
   app.add_option("--timeout", g.config.timeout_s, "seconds until the robots are stopped, done or not")
       ->type_name("S")
       ->capture_default_str()

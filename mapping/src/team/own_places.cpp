@@ -15,14 +15,27 @@ PlaceIndex& OwnPlaces::up_to_date(const RobotId& self, const TeamMember& own) {
   if (life_ != own.incarnation || keyframes_ > own.keyframes.size()) {
     index_.clear();
     keyframes_ = 0;
+    every_ = 1;
   }
   life_ = own.incarnation;
   for (; keyframes_ < own.keyframes.size(); ++keyframes_) {
     const auto keyframe = decode_keyframe(own.keyframes[keyframes_]->body);
-    if (!keyframe) continue;
-    index_.insert({self, own.incarnation, keyframes_}, keyframe->descriptor_kind, binary_features(*keyframe));
+    if (keyframe) put_in({self, own.incarnation, keyframes_}, *keyframe);
   }
   return index_;
+}
+
+void OwnPlaces::put_in(const PlaceId& id, const KeyframeRecord& keyframe) {
+  const std::vector<BinaryFeature> features = binary_features(keyframe);
+  while (index_.keyframes() > 0 && id.keyframe % every_ == 0 && !index_.has_room(features.size())) thin(id);
+  if (id.keyframe % every_ == 0) index_.insert(id, keyframe.descriptor_kind, features);
+}
+
+// Those before `id`.
+void OwnPlaces::thin(PlaceId id) {
+  every_ *= 2;
+  for (std::uint32_t end = std::exchange(id.keyframe, 0); id.keyframe < end; ++id.keyframe)
+    if (id.keyframe % every_ != 0) index_.remove(id);
 }
 
 }  // namespace onemap::mapping

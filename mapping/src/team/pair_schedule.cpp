@@ -23,12 +23,15 @@ bool PairSchedule::due(const Keyframes& mine, const ChainId& other, const Keyfra
   if (interval_ <= Duration::zero() || std::min(mine.here, theirs.here) < kFewest) return false;
   if (look == nullptr) return true;
   const std::size_t have = mine.here + theirs.here, seen = look->mine + look->theirs;
-  return now >= look->next && (look->linked ? 2 * have >= 3 * seen : have > seen);
+  return now >= look->next && (look->linked && !look->doubted ? 2 * have >= 3 * seen : have > seen);
 }
 
 void PairSchedule::verified(const Keyframes& mine, const ChainId& other, const Keyframes& theirs, bool linked,
                             Instant now) {
-  looks_[other] = {mine.here, theirs.here, linked, mine.all && theirs.all, now, now + interval_};
+  const Look* before = last_look(other);
+  const bool final = mine.all && theirs.all;
+  const bool doubted = !linked && !final && before != nullptr && before->linked && !before->doubted;
+  looks_[other] = {mine.here, theirs.here, linked || doubted, doubted, final, now, now + interval_};
 }
 
 void PairSchedule::took(const ChainId& other, Duration cost) {

@@ -57,11 +57,11 @@ std::optional<PairVerifier::Look> PairVerifier::look(const Agreement& team, cons
   auto link = verify_robots(lower ? ours : foreign, lower ? foreign : ours, std::move(*candidates), config_, stop);
   if (!link) return std::nullopt;
   link->incarnation_other = theirs.incarnation;
-  const bool linked = link->reason == LinkReason::accepted;
+  const bool linked = link->reason == LinkReason::accepted, was_linked = schedule_.linked(other);
   const PairSchedule::Keyframes have = count(team, self, own), they_have = count(team, other, theirs);
-  // While mapping, a refusal is only news when it takes a link back.
-  const bool news = (have.all && they_have.all) || linked || schedule_.linked(other);
   schedule_.verified(have, other, they_have, linked, now);
+  // While mapping, a refusal is only news when it takes a link back.
+  const bool news = (have.all && they_have.all) || linked || (was_linked && !schedule_.linked(other));
   last_ = other;
   return Look{*link, news};
 }

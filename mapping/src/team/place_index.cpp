@@ -65,9 +65,12 @@ std::uint32_t PlaceIndex::take_entry() {
   return entry;
 }
 
+bool PlaceIndex::has_room(std::size_t features) const {
+  return used_ + features <= entries_.size() && slots_.size() < max_keyframes_;
+}
+
 bool PlaceIndex::insert(const PlaceId& id, DescriptorKind kind, std::span<const BinaryFeature> features) {
-  const bool room = used_ + features.size() <= entries_.size() && slots_.size() < max_keyframes_;
-  if (!room || features.size() > UINT16_MAX || slots_.contains(id)) return ++refused_, false;
+  if (!has_room(features.size()) || features.size() > UINT16_MAX || slots_.contains(id)) return ++refused_, false;
   std::uint32_t slot = static_cast<std::uint32_t>(keyframes_.size());
   if (!free_keyframes_.empty()) {
     slot = free_keyframes_.back();

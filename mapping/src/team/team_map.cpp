@@ -71,6 +71,7 @@ bool TeamMap::step(Instant now, const Stop& stop) {
   now_ = now;
   const Agreement team(log_, presence_, now);
   note_end(team, now);
+  note_links();
   return find_loops(team, now, stop) || verify(team, now, stop) || decide(team, now) || fuse(team, now, stop);
 }
 
@@ -98,9 +99,7 @@ bool TeamMap::verify(const Agreement& team, Instant now, const Stop& stop) {
 bool TeamMap::map_is_due(const Agreement& team) const {
   if (team.ready()) return true;
   if (config_.merge_while_mapping <= Duration::zero() || team.over()) return false;
-  const auto links = counting_links(log_);
-  return team.robots().size() == 1 ||
-         std::ranges::any_of(links, [](const TeamLink& l) { return l.link->reason == LinkReason::accepted; });
+  return team.robots().size() == 1 || linked_once_;
 }
 
 bool TeamMap::publish(SolutionRecord solution) {
@@ -226,6 +225,12 @@ void TeamMap::note_end(const Agreement& team, Instant now) {
   over_ = over;
 }
 
+// What was one map goes on, also while its only link is taken back and comes again.
+void TeamMap::note_links() {
+  const auto accepted = [](const TeamLink& l) { return l.link->reason == LinkReason::accepted; };
+  linked_once_ = linked_once_ || std::ranges::any_of(counting_links(log_), accepted);
+}
+
 void TeamMap::note_gone(const Agreement& team) {
   for (const RobotId& robot : team.gone())
     if (!view_.gone.contains(robot)) events_.emplace_back(RobotGone{robot, team.silent(robot)});
@@ -240,7 +245,7 @@ void TeamMap::note_gone(const Agreement& team) {
 
 void TeamMap::update_view(const Agreement& team) {
   view_.robots_known = team.robots().size();
-  view_.places_refused = places_.index().refused();
+  view_.places_left_out = places_.left_out();
   view_.robots_finished = 0;
   for (const RobotId& robot : team.robots()) view_.robots_finished += log_.find(robot)->finished ? 1 : 0;
   view_.waiting = team.waiting();

@@ -15,6 +15,7 @@ namespace onemap::comms::wire {
 
 inline constexpr std::size_t kFrameHeadBytes = 3;
 inline constexpr std::size_t kFragmentBytes = 1112;  // of a record's payload; only the last fragment is shorter
+inline constexpr std::uint8_t kLastPushedLane = 1;   // control and poses do not wait to be asked for
 inline constexpr std::size_t kMaxPayloadBytes = kMaxRecordBytes + kSealBytes;
 inline constexpr std::uint8_t kFirstSkippableType = 128;
 
@@ -70,13 +71,21 @@ struct Ping {
 struct Pong {
   std::uint32_t token = 0;
 };
+// What came here from who is told, while it sends data (see Arrivals). Counts and clock go round.
+struct Feedback {
+  std::uint32_t highest = 0;   // counter of the latest datagram that came
+  std::uint32_t received = 0;  // datagrams that came, each once, since it became known
+  std::uint32_t clock_us = 0;  // of who tells, of any beginning, when the latest came
+  std::uint32_t delay_us = 0;  // since then
+  bool operator==(const Feedback&) const = default;
+};
 // Somebody who holds records of a later life of `robot` tells it so.
 struct LaterLife {
   RobotId robot;
   std::uint64_t incarnation = 0;
   bool operator==(const LaterLife&) const = default;
 };
-using Frame = std::variant<Beacon, Status, Have, HaveRequest, Want, Data, Ping, Pong, LaterLife, Head>;
+using Frame = std::variant<Beacon, Status, Have, HaveRequest, Want, Data, Ping, Pong, Feedback, LaterLife, Head>;
 FrameType type_of(const Frame& frame);
 
 inline constexpr std::size_t kBeaconBytes = 37;
@@ -84,6 +93,7 @@ inline constexpr std::size_t kStatusEntryBytes = 45;
 inline constexpr std::size_t kHaveEntryBytes = 29, kHaveFixedBytes = 8;
 inline constexpr std::size_t kWantEntryBytes = 33, kWantFixedBytes = 4;
 inline constexpr std::size_t kDataFixedBytes = 46;
+inline constexpr std::size_t kFeedbackBytes = 16;
 inline constexpr std::size_t kLaterLifeBytes = 24;
 inline constexpr std::size_t kHeadFrameBytes = 164;
 

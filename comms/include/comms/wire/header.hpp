@@ -6,13 +6,14 @@
 #include "comms/counters.hpp"
 #include "comms/datagram_port.hpp"
 
-// What stands before the frames of a datagram (comms/PROTOCOL.md). It is the plain form of a session: a secure one will
-// replace it and wrap the frames; the frames stay.
+// What stands before the frames of a plain datagram (comms/PROTOCOL.md). In a team with a key it never leaves the
+// robot: a Guard seals the frames under a header of its own.
 namespace onemap::comms::wire {
 
 inline constexpr std::uint8_t kMagicAndVersion = 0xB1;  // high nibble: ours; low nibble: major version
 inline constexpr std::size_t kHeaderBytes = 24;
-inline constexpr std::size_t kMaxFramesBytes = 1168;  // what a session's overhead of 32 bytes will leave
+inline constexpr std::size_t kMaxFramesBytes = 1168;       // what a session's overhead of 32 bytes leaves
+inline constexpr std::size_t kMaxGroupFramesBytes = 1140;  // what a sealed group datagram's 60 leave
 inline constexpr std::uint64_t kFirstBadIncarnation = std::uint64_t{1}
                                                       << 63;  // no life has this number or a greater one
 constexpr bool is_life(std::uint64_t incarnation) { return incarnation != 0 && incarnation < kFirstBadIncarnation; }

@@ -15,6 +15,7 @@ struct FleetConfig {
   std::string speed = "max";
   std::string features;      // empty: the daemon's default
   std::string robot_config;  // TOML for every robot; empty: none
+  std::string team_key;      // file; empty: none, and everything is plain
   double timeout_s = 600;
   std::string out;
 };

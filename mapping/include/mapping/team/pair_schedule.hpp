@@ -8,7 +8,8 @@ namespace onemap::mapping {
 
 // When this robot looks at which other chain's keyframes: once all that will come of both are here, with all of them;
 // before, at most every `interval` (and for at most a tenth of the time), when the two are not linked yet or their
-// keyframes grew by half. Used by one thread.
+// keyframes grew by half. Refused once, a link is in doubt and still there: it is looked at again with the next
+// keyframe, and gone when it is refused again. Used by one thread.
 class PairSchedule {
  public:
   struct Keyframes {  // of one chain
@@ -22,12 +23,12 @@ class PairSchedule {
   // The pair was verified with the keyframes that are here.
   void verified(const Keyframes& mine, const ChainId& other, const Keyframes& theirs, bool linked, Instant now);
   void took(const ChainId& other, Duration cost);  // so long did that last
-  bool linked(const ChainId& other) const;         // by the last look
+  bool linked(const ChainId& other) const;         // by the last look, or in doubt
 
  private:
   struct Look {
     std::size_t mine = 0, theirs = 0;  // keyframes looked at
-    bool linked = false, final = false;
+    bool linked = false, doubted = false, final = false;
     Instant at{}, next{};  // not again before `next`, unless it is the end
   };
   static constexpr std::size_t kFewest = 3;  // keyframes of each for a look while mapping

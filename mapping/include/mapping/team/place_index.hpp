@@ -49,8 +49,9 @@ class PlaceIndex {
 
   // Features in a kind's bits. False, and counted in refused(): it is there already, or there is no room for all of it.
   bool insert(const PlaceId& id, DescriptorKind kind, std::span<const BinaryFeature> features);
-  bool remove(const PlaceId& id);  // false: it was not there
-  void clear();                    // counters stay
+  bool has_room(std::size_t features) const;  // for one keyframe more, with so many
+  bool remove(const PlaceId& id);             // false: it was not there
+  void clear();                               // counters stay
 
   // At most k keyframes of this kind, most votes first, of those that pass the filter (it is asked once for each); the
   // rarity of a feature is counted among these, too.

@@ -41,11 +41,11 @@ struct TeamView {
   std::vector<Waiting> waiting;  // for the final map, of others
   std::set<RobotId> gone;        // silent for too long, so not waited for
   std::set<RobotId> cut_short;   // of those, the ones of which a part is missing for good
-  std::map<RobotId, std::uint32_t> keyframes_in_map;       // of the last global map: of each robot's present life
-  std::uint64_t blocks = 0, blocks_refused = 0;            // of the last global map; refused: it was full
-  std::uint64_t places_refused = 0;                        // own keyframes for which the place index had no room
-  std::uint64_t submaps_left_out = 0;                      // of the last global map: more than may be decoded
-  std::uint64_t blocks_unplaced = 0;                       // of the last global map: hung on an anchor nobody knows
+  std::map<RobotId, std::uint32_t> keyframes_in_map;  // of the last global map: of each robot's present life
+  std::uint64_t blocks = 0, blocks_refused = 0;       // of the last global map; refused: it was full
+  std::uint64_t places_left_out = 0;                  // own keyframes that are not in the place index, thinned as it is
+  std::uint64_t submaps_left_out = 0;                 // of the last global map: more than may be decoded
+  std::uint64_t blocks_unplaced = 0;                  // of the last global map: hung on an anchor nobody knows
   std::uint64_t records_refused = 0, submaps_refused = 0;  // malformed or not its author's to write; and of these
   Duration merge{};                                        // from the end of the last robot's work to the global map
   std::vector<std::uint64_t> digests;                      // of the last global maps, at most 32, the newest last
@@ -130,6 +130,7 @@ class TeamMap {
   void fused();
   void tell_fused(bool final);
   void note_end(const Agreement& team, Instant now);
+  void note_links();
   void note_gone(const Agreement& team);
   void update_view(const Agreement& team);
 
@@ -154,6 +155,7 @@ class TeamMap {
   Instant now_{};                                            // of this step
   Work worked_ = Work::none;                                 // the last step
   bool over_ = false;                                        // as last looked
+  bool linked_once_ = false;                                 // two chains were joined by a link
   Instant over_at_{}, fused_at_{};
   bool fused_anew_ = false;  // since the last observe()
   std::optional<std::uint64_t> told_settled_;

@@ -1,0 +1,33 @@
+#pragma once
+#include <cstddef>
+#include <deque>
+#include <map>
+#include <optional>
+
+#include "comms/identity.hpp"
+#include "hal/base/time.hpp"
+
+namespace onemap::comms {
+
+// Who has proved who it is and speaks nonsense all the same: eight datagrams of it within a minute shut a robot out for
+// a minute, the next time for two, and so on up to an hour.
+class Conduct {
+ public:
+  static constexpr std::size_t kStrikes = 8;
+  static constexpr Duration kWithin = std::chrono::minutes(1), kFirstPenalty = std::chrono::minutes(1),
+                            kLongestPenalty = std::chrono::hours(1);
+  // The penalty, when this was one too many.
+  std::optional<Duration> strike(Instant now, const PublicKey& who);
+  bool shut_out(Instant now, const PublicKey& who) const;
+
+ private:
+  static constexpr std::size_t kMost = 256;  // robots of whom this is known
+  struct Record {
+    std::deque<Instant> strikes;
+    Instant until{};
+    Duration next_penalty = kFirstPenalty;
+  };
+  std::map<PublicKey, Record> records_;
+};
+
+}  // namespace onemap::comms

@@ -1,0 +1,98 @@
+// Plays many seeds of simulated teams, and says of each that fails what the least of it is.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <string_view>
+#include <vector>
+
+#include "sim/run.hpp"
+
+namespace {
+using namespace onemap;
+using namespace onemap::comms::sim;
+
+constexpr std::string_view kHelp =
+    "usage: onemap_sim [--seeds N] [--from SEED] [--robots N] [--long] [--show]\n"
+    "  --seeds N    so many scenarios (1000)\n"
+    "  --from SEED  the first one's seed (1)\n"
+    "  --robots N   exactly so many robots, instead of 2 to 6\n"
+    "  --long       longer, with more faults and records\n"
+    "  --show       what happens in each\n"
+    "  --trace      every datagram of the least of what fails\n"
+    "Exit status: 0 all is well, 1 a scenario failed, 2 wrong options.\n";
+
+struct Options {
+  std::uint64_t seeds = 1000, from = 1;
+  Size size;
+  bool show = false, trace = false;
+};
+
+bool read(int argc, char** argv, Options& options) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view word = argv[i];
+    const bool takes_number = word == "--seeds" || word == "--from" || word == "--robots";
+    char* end = nullptr;
+    const std::uint64_t number = takes_number && i + 1 < argc ? std::strtoull(argv[++i], &end, 10) : 0;
+    if (takes_number && (end == nullptr || *end != 0 || end == argv[i])) return false;
+    if (word == "--seeds")
+      options.seeds = number;
+    else if (word == "--from")
+      options.from = number;
+    else if (word == "--robots" && number >= 2 && number <= 1000)
+      options.size.least_robots = options.size.most_robots = number;
+    else if (word == "--long") {
+      options.size.least = std::chrono::seconds(10), options.size.most = std::chrono::seconds(60);
+      options.size.most_faults = 20, options.size.writes_of_robot = 40;
+    } else if (word == "--show")
+      options.show = true;
+    else if (word == "--trace")
+      options.trace = true;
+    else
+      return false;
+  }
+  return true;
+}
+
+const Trace print_line = [](const std::string& line) { fmt::print("{}\n", line); };
+
+double part(std::vector<double>& values, double share) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  return values[std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())))];
+}
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  if (!read(argc, argv, options)) {
+    fmt::print(stderr, "{}", kHelp);
+    return 2;
+  }
+  const auto start = std::chrono::steady_clock::now();
+  std::uint64_t failed = 0, datagrams = 0, looks = 0;
+  Duration simulated{};
+  std::vector<double> recovery;
+  for (std::uint64_t seed = options.from; seed < options.from + options.seeds; ++seed) {
+    const Scenario scenario = scenario_of(seed, options.size);
+    if (options.show) fmt::print("{}", text_of(scenario));
+    const Outcome outcome = run(scenario);
+    datagrams += outcome.datagrams, looks += outcome.looks, simulated += outcome.time;
+    recovery.push_back(to_seconds(outcome.recovery));
+    if (outcome.failure.empty()) continue;
+    ++failed;
+    fmt::print("FAILED {}  {}\n", text_of(scenario), outcome.failure);
+    const Scenario least = shrink(scenario);
+    fmt::print("the least of it that fails: {}  {}\n\n", text_of(least),
+               run(least, options.trace ? print_line : Trace{}).failure);
+    std::fflush(stdout);
+  }
+  const double real = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  fmt::print(
+      "{} of {} scenarios failed; {} datagrams, {} looks at invariants; {:.0f} s in {:.1f} s, {:.0f} times real time\n"
+      "from peace to equal: median {:.3f} s, 99 % {:.3f} s, most {:.3f} s\n",
+      failed, options.seeds, datagrams, looks, to_seconds(simulated), real, to_seconds(simulated) / real,
+      part(recovery, 0.5), part(recovery, 0.99), part(recovery, 1.0));
+  return failed == 0 ? 0 : 1;
+}

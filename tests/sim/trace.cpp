@@ -1,0 +1,59 @@
+// What goes over the net, in words.
+#include <fmt/format.h>
+
+#include "sim/play.hpp"
+
+namespace onemap::comms::sim {
+
+namespace {
+struct Words {
+  std::string operator()(const wire::Beacon& f) const {
+    return fmt::format("beacon({}, {:08x})", f.robot.name(), f.frontier_digest >> 32);
+  }
+  std::string operator()(const wire::Status& f) const { return fmt::format("status({})", f.robots.size()); }
+  std::string operator()(const wire::Have& f) const {
+    std::string text = fmt::format("have({:08x}", f.frontier_digest >> 32);
+    for (const auto& e : f.entries)
+      text += fmt::format(" {}/{}/{}:{}", e.log.robot.name(), e.log.incarnation, e.log.lane, e.count);
+    return text + ")";
+  }
+  std::string operator()(const wire::HaveRequest&) const { return "have_request"; }
+  std::string operator()(const wire::Want& f) const {
+    std::string text = fmt::format("want({}", f.credit_bytes);
+    for (const auto& e : f.entries)
+      text += fmt::format(" {}/{}/{}#{}:{}+{}", e.id.log.robot.name(), e.id.log.incarnation, e.id.log.lane, e.id.seq,
+                          e.first, e.count);
+    return text + ")";
+  }
+  std::string operator()(const wire::Data& f) const {
+    return fmt::format("data({}/{}/{}#{}:{}, {} of {} bytes)", f.id.log.robot.name(), f.id.log.incarnation,
+                       f.id.log.lane, f.id.seq, f.fragment, f.bytes.size(), f.total_bytes);
+  }
+  std::string operator()(const wire::Ping& f) const { return fmt::format("ping({})", f.token); }
+  std::string operator()(const wire::Pong& f) const { return fmt::format("pong({})", f.token); }
+  std::string operator()(const wire::LaterLife& f) const {
+    return fmt::format("later_life({}, {})", f.robot.name(), f.incarnation);
+  }
+  template <class Other>
+  std::string operator()(const Other&) const {
+    return "another frame";
+  }
+};
+}  // namespace
+
+void Play::tell(const Trace& trace) {
+  net_.tap = [this, trace](std::size_t to, const Endpoint& from, std::span<const std::uint8_t> bytes) {
+    wire::Decoder decoder;
+    std::string line = fmt::format("{:10.6f} s  {}.{} to {}: ", to_seconds(net_.now().time_since_epoch()) - 1,
+                                   from.address[14], from.address[15], to);
+    if (const Refusal why = decoder.decode(bytes); why != Refusal::count)
+      return trace(line + fmt::format("{} bytes, {}", bytes.size(), comms::name(why)));
+    const wire::Header& header = decoder.header();
+    line += fmt::format("{} of {} to {} counter {}", header.type == wire::DatagramType::group ? "group" : "unicast",
+                        header.sender, header.receiver, header.counter);
+    for (const wire::Frame& frame : decoder.frames()) line += " " + std::visit(Words{}, frame);
+    trace(line);
+  };
+}
+
+}  // namespace onemap::comms::sim
