@@ -275,6 +275,11 @@ std::vector<Endpoint> Node::peers_never_heard() const {
 std::optional<IdConflict> Node::id_conflict() const { return impl_->conflict; }
 std::optional<std::uint64_t> Node::outlived() const { return impl_->outlived; }
 
+std::uint32_t Node::held_by(const RobotId& neighbour, const LogId& log) const {
+  const Peer* peer = impl_->living(neighbour);
+  return peer == nullptr ? 0 : peer->frontier.count(log);
+}
+
 bool Node::delivered(std::uint8_t up_to_lane) const {
   for (const auto& [endpoint, peer] : impl_->peers) {
     if (!peer.who.alive) continue;

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include "support/temp_folder.hpp"
+#include "support/text_of.hpp"
 
 namespace onemap::daemon {
 namespace {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "comms/memory_store.hpp"
 #include "sim/disk.hpp"
 #include "sim/run.hpp"
 #include "sim/watch.hpp"
@@ -113,6 +114,12 @@ TEST(Simulation, IsAFunctionOfItsSeed) {
   EXPECT_NE(run(scenario_of(3)).digest, run(scenario_of(4)).digest);
 }
 
+NodeConfig life(std::uint64_t incarnation) {
+  NodeConfig out;
+  out.incarnation = incarnation;
+  return out;
+}
+
 // A store that loses what it promised to keep: the simulator must see it, or its other answers are worth nothing.
 class Forgetful final : public Disk {
  public:
@@ -124,7 +131,7 @@ class Forgetful final : public Disk {
 TEST(Watch, SeesARecordThatWasPromisedAndIsGone) {
   SimNet net(1, {});
   Watch watch(net);
-  net.add({.incarnation = 5, .peers = {}, .group = {}}, std::make_unique<Forgetful>());
+  net.add(life(5), std::make_unique<Forgetful>());
   net.append(0, 1, 20);
   net.switch_off(0);
   net.switch_on(0, 6);
@@ -135,7 +142,7 @@ TEST(Watch, SeesARecordThatWasPromisedAndIsGone) {
 TEST(Watch, SeesASequenceNumberThatIsUsedTwice) {
   SimNet net(1, {});
   Watch watch(net);
-  net.add({.incarnation = 5, .peers = {}, .group = {}}, std::make_unique<Forgetful>());
+  net.add(life(5), std::make_unique<Forgetful>());
   net.append(0, 1, 20);
   net.switch_off(0);
   net.switch_on(0, 5);
@@ -146,7 +153,7 @@ TEST(Watch, SeesASequenceNumberThatIsUsedTwice) {
 TEST(Watch, SeesAnswersToAddressesThatProvedNothing) {
   SimNet net(1, {});
   Watch watch(net);
-  net.add({.incarnation = 5, .peers = {}, .group = {}});
+  net.add(life(5));
   OutgoingDatagram datagram;
   datagram.to = Endpoint::ipv4(10, 9, 9, 9, 1);
   std::array<std::uint8_t, kMaxDatagramBytes> buffer{};

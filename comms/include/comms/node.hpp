@@ -159,6 +159,8 @@ class Node {
   // believed. Never 2^63 or more.
   std::optional<std::uint64_t> outlived() const;
 
+  // How many records of this log a neighbour says that it holds, without a gap.
+  std::uint32_t held_by(const RobotId& neighbour, const LogId& log) const;
   // All living neighbours have confirmed to hold all own records of lanes 0 to up_to_lane.
   bool delivered(std::uint8_t up_to_lane) const;
   std::size_t records_missing() const;   // that living neighbours say they hold and this robot does not, yet
