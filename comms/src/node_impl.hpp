@@ -6,6 +6,7 @@
 
 #include "comms/node.hpp"
 #include "comms/wire.hpp"
+#include "consensus/talks.hpp"
 #include "fetch/fetcher.hpp"
 #include "hal/base/splitmix.hpp"
 #include "hash_cache.hpp"
@@ -66,6 +67,7 @@ struct Node::Impl {
   void on_have_request(Peer& peer);
   void on_want(Peer& peer, const wire::Want& want);
   void on_data(Peer& peer, const wire::Data& data);
+  void on_mass(Peer& peer, const wire::Mass& mass);
   void on_feedback(Peer& peer, const wire::Feedback& feedback);
   void on_pong(Peer& peer, const wire::Pong& pong);
   void on_later_life(const wire::LaterLife& later);
@@ -77,6 +79,7 @@ struct Node::Impl {
   void changed();  // something that beacons tell
   void beacon_all();
   void seek();
+  void talk();
   bool all_consistent() const;
   void tell_all(Peer& peer);
   Instant next_deadline() const;
@@ -92,6 +95,7 @@ struct Node::Impl {
   bool build_data(OutgoingDatagram& datagram);
   Peer* next_to_serve();
   bool build_push(OutgoingDatagram& datagram);
+  void put_mass(wire::Encoder& out, Peer& peer);
   void put_feedback(wire::Encoder& out, Peer& peer);
   void put_beacon(wire::Encoder& out);
   void put_status(wire::Encoder& out, const RobotId& except, RobotId& cursor);
@@ -112,6 +116,7 @@ struct Node::Impl {
   std::uint32_t counted_to = 1;  // by sessions with peers that are forgotten: nobody's count begins below
   Fetcher fetcher;
   TeamTable team;
+  Talks talks;
   std::optional<IdConflict> conflict;
   std::optional<std::uint64_t> outlived;
   std::uint64_t frontier_digest = 0;

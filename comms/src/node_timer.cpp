@@ -13,6 +13,7 @@ void Node::Impl::tick() {
   for (auto& [endpoint, peer] : peers) tick(peer);
   if (trickle.due(now)) beacon_all();
   if (seeking.due(now)) seek();
+  if (talks.due(now)) talk();
   fetcher.on_timer(now, peers);
   for (const Fetcher::Stored& record : fetcher.take_stored()) stored(record.id, record.hops);
   plan_due = true;
@@ -40,6 +41,7 @@ void Node::Impl::peer_down(Peer& peer) {
   fetcher.drop(peer);
   if (living(peer.who.robot) == nullptr) team.left(peer.who.robot);
   judge_again();
+  talks.team_changed(now);
   peer.serve = {};
   peer.push.clear();
   peer.outbox.fell_silent();
@@ -67,6 +69,16 @@ void Node::Impl::beacon_all() {
   trickle.said(now, all_consistent() ? config.beacon_max : kUnequalInterval, random);
 }
 
+// An exchange of the team's talks: everybody near is told what was given.
+void Node::Impl::talk() {
+  std::vector<Talks::Near> near;
+  for (auto& [endpoint, peer] : peers)
+    if (peer.who.alive) near.push_back({peer.who.robot, peer.word.neighbours});
+  if (!talks.exchange(now, near)) return;
+  for (auto& [endpoint, peer] : peers)
+    if (peer.who.alive) peer.outbox.amounts_due();
+}
+
 void Node::Impl::seek() {
   for (auto& [endpoint, peer] : peers)
     if (peer.configured && !peer.who.alive) peer.outbox.beacon_due = true;
@@ -76,7 +88,7 @@ void Node::Impl::seek() {
 
 Instant Node::Impl::next_deadline() const {
   if (plan_due || group_due || !answers.empty()) return now;
-  Instant next = std::min({trickle.next(), seeking.next(), fetcher.next_deadline(peers)});
+  Instant next = std::min({trickle.next(), seeking.next(), talks.next(), fetcher.next_deadline(peers)});
   for (const auto& [endpoint, peer] : peers) next = std::min(next, next_deadline(peer));
   return std::max(next, now);
 }

@@ -16,11 +16,14 @@ enum class FrameType : std::uint8_t {
   ping = 7,
   pong = 8,
   feedback = 10,
-  later_life = 128  // who does not know this type skips it
+  later_life = 128,  // who does not know this type, or a greater one, skips it
+  mass = 129
 };
-inline constexpr std::size_t kFrameTypeCount = 16;  // 0 and those between are not used
+inline constexpr std::size_t kFrameTypeCount = 18;  // 0 and those between are not used
 constexpr std::size_t index_of(FrameType type) {
-  return type == FrameType::later_life ? kFrameTypeCount - 1 : static_cast<std::size_t>(type);
+  constexpr auto kFirstSkippable = static_cast<std::size_t>(FrameType::later_life);
+  const auto number = static_cast<std::size_t>(type);
+  return number < kFirstSkippable ? number : 16 + number - kFirstSkippable;
 }
 
 // Why a datagram, a frame or a part of one was refused. The first group throws away the whole datagram, unread.
@@ -67,6 +70,7 @@ enum class Refusal : std::uint8_t {
   robots_full,         // a log of a robot beyond max_robots
   status_unknown,      // a status of a robot, or of a life, of which no record is here
   own_log_ahead,       // somebody claims to hold records of ours that we never wrote
+  bad_mass,            // amounts for the team's talks that no honest robot says
   later_life,          // records or a status in our name, of a life that we did not begin
   contradicts_author,  // records of a life later than the one in which their author, a neighbour, greets us
   want_unknown,        // asks for a record that we do not hold
