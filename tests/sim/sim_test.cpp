@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "comms/memory_store.hpp"
 #include "sim/disk.hpp"
 #include "sim/run.hpp"
 #include "sim/watch.hpp"
@@ -121,10 +122,16 @@ class Forgetful final : public Disk {
   void wipe() override {}
 };
 
+NodeConfig in_life(std::uint64_t incarnation) {
+  NodeConfig config;
+  config.incarnation = incarnation;
+  return config;
+}
+
 TEST(Watch, SeesARecordThatWasPromisedAndIsGone) {
   SimNet net(1, {});
   Watch watch(net);
-  net.add({.incarnation = 5, .peers = {}, .group = {}}, std::make_unique<Forgetful>());
+  net.add(in_life(5), std::make_unique<Forgetful>());
   net.append(0, 1, 20);
   net.switch_off(0);
   net.switch_on(0, 6);
@@ -135,7 +142,7 @@ TEST(Watch, SeesARecordThatWasPromisedAndIsGone) {
 TEST(Watch, SeesASequenceNumberThatIsUsedTwice) {
   SimNet net(1, {});
   Watch watch(net);
-  net.add({.incarnation = 5, .peers = {}, .group = {}}, std::make_unique<Forgetful>());
+  net.add(in_life(5), std::make_unique<Forgetful>());
   net.append(0, 1, 20);
   net.switch_off(0);
   net.switch_on(0, 5);
@@ -146,7 +153,7 @@ TEST(Watch, SeesASequenceNumberThatIsUsedTwice) {
 TEST(Watch, SeesAnswersToAddressesThatProvedNothing) {
   SimNet net(1, {});
   Watch watch(net);
-  net.add({.incarnation = 5, .peers = {}, .group = {}});
+  net.add(in_life(5));
   OutgoingDatagram datagram;
   datagram.to = Endpoint::ipv4(10, 9, 9, 9, 1);
   std::array<std::uint8_t, kMaxDatagramBytes> buffer{};
@@ -160,11 +167,14 @@ TEST(Watch, SeesAnswersToAddressesThatProvedNothing) {
 
 // Partitioned for good, a team does not become equal: that fails, and what has nothing to do with it goes.
 TEST(Shrink, LeavesOnlyWhatIsNeeded) {
-  Scenario scenario = scenario_of(12);
-  scenario.hostile = false;
+  Scenario scenario;
+  scenario.seed = 12;
+  scenario.robots = 3;
+  scenario.chaos = 4s;
   scenario.links = {.loss = 0.05, .jitter = 3ms};
-  scenario.field = {};
-  scenario.edges = {};  // nobody hears anybody
+  scenario.faults.resize(3);
+  for (Fault& fault : scenario.faults) fault.kind = Fault::Kind::clock_jump, fault.at = 1s, fault.lasts = 20ms;
+  // Nobody hears anybody.
   scenario.writes = {{1s, 0, 1, 10}, {1500ms, 0, 2, 10}, {2s, 0, 3, 100}};
   ASSERT_FALSE(run(scenario).failure.empty());
   const Scenario least = shrink(scenario);
