@@ -61,8 +61,12 @@ constexpr std::array<Texts, kRefusalCount> kTexts{{
     {Refusal::data_unasked, "data_unasked", "a part of a record that nobody asked for", true},
     {Refusal::data_conflict, "data_conflict", "parts of one record that contradict each other"},
     {Refusal::data_bad_hash, "data_bad_hash", "a record that is not what its hash says"},
+    {Refusal::bad_signature, "bad_signature", "a record that is not signed by who is said to have written it"},
+    {Refusal::second_key, "second_key", "a record signed by another key than the one that is known of its robot"},
+    {Refusal::forked, "forked", "a record of a robot that signed two different ones in one place of its log"},
     {Refusal::reassembly_full, "reassembly_full", "a part of a record; there is no room to put it together"},
     {Refusal::store_refused, "store_refused", "a record of another robot; the store has no room"},
+    {Refusal::unreadable, "unreadable", "a record that is held here and cannot be read back from the disk"},
     {Refusal::append_refused, "append_refused", "a record of this robot; it is too large or the store has no room"},
 }};
 
@@ -94,6 +98,8 @@ std::string_view name(FrameType type) {
       return "pong";
     case FrameType::feedback:
       return "feedback";
+    case FrameType::head:
+      return "head";
     case FrameType::later_life:
       return "later_life";
     case FrameType::mass:

@@ -2,12 +2,13 @@
 #include <cstdint>
 #include <map>
 
-#include "comms/wire/frames.hpp"
+#include "comms/wire/payload.hpp"
 #include "hal/base/record.hpp"
 
 namespace onemap::comms {
 
-// Body hashes of records that were served lately: a record is served fragment by fragment, and its hash goes with each.
+// Hashes of the payloads of records that were served lately: a record is served fragment by fragment, and its hash goes
+// with each.
 class HashCache {
  public:
   static constexpr std::size_t kCapacity = 1024;
@@ -15,7 +16,7 @@ class HashCache {
     const auto at = hashes_.find(record.id);
     if (at != hashes_.end()) return at->second;
     if (hashes_.size() >= kCapacity) hashes_.clear();
-    return hashes_[record.id] = wire::body_hash(record.kind, record.body);
+    return hashes_[record.id] = wire::payload_hash(record);
   }
   std::size_t size() const { return hashes_.size(); }
 

@@ -3,6 +3,8 @@
 #include <string>
 #include <utility>
 
+#include "comms/record_head.hpp"
+
 namespace onemap::comms {
 
 namespace {
@@ -50,15 +52,15 @@ std::shared_ptr<const Record> MemoryStore::find(const RecordId& id) const {
 
 void MemoryStore::scan(const std::function<void(const std::shared_ptr<const Record>&)>& visit) const {
   for (const auto& [id, records] : logs_)
-    for (const auto& record : records)
-      if (record != nullptr) visit(record);
+    for (const auto& record : records) visit(record);
 }
 
 bool MemoryStore::forget(const RecordId& id) {
   const auto log = logs_.find(id.log);
-  if (log == logs_.end() || id.seq >= log->second.size() || log->second[id.seq] == nullptr) return false;
-  used_ -= cost_of(*log->second[id.seq]);
-  log->second[id.seq].reset();
+  if (log == logs_.end() || id.seq >= log->second.size() || log->second[id.seq]->dropped) return false;
+  std::shared_ptr<const Record>& record = log->second[id.seq];
+  used_ -= record->body.size();
+  record = std::make_shared<const Record>(without_body(*record));
   return true;
 }
 

@@ -29,7 +29,7 @@ RateBounds rate_bounds(const NodeConfig& config) {
 Node::Impl::Impl(NodeConfig config_, LogStore& store_)
     : config(std::move(config_)),
       store(store_),
-      fetcher({config.credit_bytes, config.most_credit_bytes, config.reassembly_bytes}, store, counters,
+      fetcher({config.credit_bytes, config.most_credit_bytes, config.reassembly_bytes}, store, notary, counters,
               [this](const LogId& log) { return judge(log); }),
       team(config.self, config.incarnation, config.max_robots, config.max_neighbours),
       talks(config.self, config.incarnation),
@@ -44,8 +44,10 @@ Node::Impl::Impl(NodeConfig config_, LogStore& store_)
     peer.configured = true;
     peer.rate = RateController(rate_bounds(config));
   }
-  store.scan([this](const std::shared_ptr<const Record>& record) { applied.push_back(record); });
+  if (config.identity) notary.pin(config.self, config.identity->public_key());
+  notary.start(store);
   for (const auto& [log, count] : store.frontier()) {
+    applied.push(log, 0, count);
     hops[log].assign(count, 0);
     team.recorded(log, true, now);
     frontier_digest += entry_digest(log, count);
@@ -65,6 +67,7 @@ void Node::Impl::advance(Instant to) {
 
 Refusal Node::Impl::judge(const LogId& log) const {
   if (!wire::is_life(log.incarnation)) return Refusal::bad_incarnation;
+  if (notary.barred(log)) return Refusal::forked;
   if (log.robot == config.self && log.incarnation > config.incarnation) return Refusal::later_life;
   const Peer* author = living(log.robot);
   if (author != nullptr && !author->who.doubtful && log.incarnation > author->who.incarnation)
@@ -89,7 +92,11 @@ Result<RecordId> Node::Impl::append(std::uint8_t lane, std::uint16_t kind, std::
   if (body.size() > kMaxRecordBytes)
     return refused("its body has " + std::to_string(body.size()) + " bytes; a record holds at most " +
                    std::to_string(kMaxRecordBytes));
-  if (auto kept = store.append({id, kind, std::move(body)}); !kept) return refused(kept.error().text());
+  if (!config.identity) return refused("this robot has no key to sign it with");
+  Record record{id, kind, std::move(body), {}, {}};
+  const Hash hash = notary.seal_next(record, *config.identity);
+  if (auto kept = store.append(record); !kept) return refused(kept.error().text());
+  notary.took(record, hash);
   if (auto kept = store.sync(); !kept) return refused(kept.error().text());  // durable before anybody hears of it
   ++counters.records_appended;
   stored(id, 0);
@@ -98,7 +105,7 @@ Result<RecordId> Node::Impl::append(std::uint8_t lane, std::uint16_t kind, std::
 
 void Node::Impl::stored(const RecordId& id, std::uint8_t hop_count) {
   constexpr auto kHaveGap = std::chrono::milliseconds(5), kHaveIdle = std::chrono::milliseconds(50);
-  applied.push_back(store.find(id));
+  applied.push(id.log, id.seq, id.seq + 1);
   hops[id.log].push_back(hop_count);
   team.recorded(id.log, id.seq == 0, now);
   frontier_digest += entry_digest(id.log, id.seq + 1) - entry_digest(id.log, id.seq);
@@ -118,10 +125,12 @@ void Node::Impl::push(const RecordId& id) {
   if (id.log.robot != config.self || id.log.incarnation != config.incarnation || id.log.lane > wire::kLastPushedLane)
     return;
   const auto record = store.find(id);
-  if (record == nullptr || wire::fragments_of(static_cast<std::uint32_t>(record->body.size())) != 1) return;
+  if (record == nullptr || record->dropped || wire::fragments_of(wire::payload_bytes(*record)) != 1) return;
+  const auto payload = wire::fragment_of(*record, 0, fragment_scratch);
+  const auto whole = std::make_shared<const PushQueue::Whole>(
+      PushQueue::Whole{id, record->kind, hashes.of(*record), {payload.begin(), payload.end()}});
   for (auto& [endpoint, peer] : peers)
-    if (peer.who.alive)
-      peer.push.push(record, hashes.of(*record), now, std::max(peer.rate.loss(), peer.session.loss()));
+    if (peer.who.alive) peer.push.push(whole, now, std::max(peer.rate.loss(), peer.session.loss()));
 }
 
 std::optional<std::uint8_t> Node::Impl::hops_of(const RecordId& id) const {
@@ -165,11 +174,23 @@ ScalarsView Node::scalars() const { return impl_->talks.view(); }
 bool Node::next_outgoing(OutgoingDatagram& datagram) { return impl_->next_outgoing(datagram); }
 
 bool Node::next_applied(std::shared_ptr<const Record>& record) {
-  if (impl_->applied.empty()) return false;
-  record = std::move(impl_->applied.front());
-  impl_->applied.pop_front();
-  return true;
+  while (const auto id = impl_->applied.pop()) {
+    record = impl_->store.find(*id);
+    if (record != nullptr) return true;
+    impl_->refuse(Refusal::unreadable);
+  }
+  return false;
 }
+
+std::optional<Complaint> Node::next_complaint() {
+  if (impl_->complaints.empty()) return std::nullopt;
+  const Complaint complaint = impl_->complaints.front();
+  impl_->complaints.pop_front();
+  return complaint;
+}
+
+bool Node::pin(const RobotId& robot, const PublicKey& key) { return impl_->notary.pin(robot, key); }
+std::optional<PublicKey> Node::key_of(const RobotId& robot) const { return impl_->notary.key_of(robot); }
 
 const VersionVector& Node::frontier() const { return impl_->store.frontier(); }
 std::uint64_t Node::frontier_digest() const { return impl_->frontier_digest; }
@@ -240,6 +261,11 @@ std::vector<Endpoint> Node::peers_never_heard() const {
 
 std::optional<IdConflict> Node::id_conflict() const { return impl_->conflict; }
 std::optional<std::uint64_t> Node::outlived() const { return impl_->outlived; }
+
+std::uint32_t Node::held_by(const RobotId& neighbour, const LogId& log) const {
+  const Peer* peer = impl_->living(neighbour);
+  return peer == nullptr ? 0 : peer->frontier.count(log);
+}
 
 bool Node::delivered(std::uint8_t up_to_lane) const {
   for (const auto& [endpoint, peer] : impl_->peers) {

@@ -149,6 +149,7 @@ void Node::Impl::moved(const Endpoint& from, const Endpoint& to) {
     again.endpoint = from;
     again.configured = again.ever_heard = true;
     again.session.count_from(counted_to);
+    again.rate = RateController(rate_bounds(config));
   }
   peers.insert(std::move(entry));
   plan_due = true;

@@ -4,12 +4,15 @@
 #include <memory>
 #include <vector>
 
+#include "apply_queue.hpp"
 #include "comms/node.hpp"
 #include "comms/wire.hpp"
+#include "comms/wire/payload.hpp"
 #include "consensus/talks.hpp"
 #include "fetch/fetcher.hpp"
 #include "hal/base/splitmix.hpp"
 #include "hash_cache.hpp"
+#include "notary.hpp"
 #include "pacer.hpp"
 #include "peer/peer.hpp"
 #include "team_table.hpp"
@@ -69,6 +72,8 @@ struct Node::Impl {
   void on_data(Peer& peer, const wire::Data& data);
   void on_mass(Peer& peer, const wire::Mass& mass);
   void on_feedback(Peer& peer, const wire::Feedback& feedback);
+  void on_head(Peer& peer, const wire::Head& head);
+  void take_fetched();
   void on_pong(Peer& peer, const wire::Pong& pong);
   void on_later_life(const wire::LaterLife& later);
 
@@ -97,6 +102,7 @@ struct Node::Impl {
   bool build_push(OutgoingDatagram& datagram);
   void put_mass(wire::Encoder& out, Peer& peer);
   void put_feedback(wire::Encoder& out, Peer& peer);
+  std::optional<std::size_t> put_fragment(wire::Encoder& out, ServeQueue& queue, std::uint8_t lane);
   void put_beacon(wire::Encoder& out);
   void put_status(wire::Encoder& out, const RobotId& except, RobotId& cursor);
   void put_round_trip(wire::Encoder& out, Peer& peer);
@@ -114,6 +120,7 @@ struct Node::Impl {
   Refusal last_refusal = Refusal::count;
   Peers peers;
   std::uint32_t counted_to = 1;  // by sessions with peers that are forgotten: nobody's count begins below
+  Notary notary;
   Fetcher fetcher;
   TeamTable team;
   Talks talks;
@@ -122,7 +129,9 @@ struct Node::Impl {
   std::uint64_t frontier_digest = 0;
   std::map<LogId, std::vector<std::uint8_t>> hops;
   HashCache hashes;
-  std::deque<std::shared_ptr<const Record>> applied;
+  ApplyQueue applied;
+  std::deque<Complaint> complaints;
+  wire::FragmentBuffer fragment_scratch{};
   wire::Decoder decoder;
   bool plan_due = false;
   Trickle trickle;  // to those who are here

@@ -87,6 +87,7 @@ void Node::Impl::on_frame(Peer& peer, const Session::Arrival& arrival, const wir
     void operator()(const wire::HaveRequest&) const { node.on_have_request(peer); }
     void operator()(const wire::Want& f) const { node.on_want(peer, f); }
     void operator()(const wire::Data& f) const { node.on_data(peer, f); }
+    void operator()(const wire::Head& f) const { node.on_head(peer, f); }
     void operator()(const wire::Ping& f) const { peer.pings.answer_due = f.token; }
     void operator()(const wire::Pong& f) const { node.on_pong(peer, f); }
     void operator()(const wire::Mass& f) const { node.on_mass(peer, f); }
@@ -178,18 +179,36 @@ void Node::Impl::on_want(Peer& peer, const wire::Want& want) {
       refuse(Refusal::want_unknown);
       continue;
     }
-    const auto count = wire::fragments_of(static_cast<std::uint32_t>(record->body.size()));
-    const std::uint32_t end = std::min<std::uint32_t>(count, std::uint32_t{entry.first} + entry.count);
+    const auto count = wire::fragments_of(wire::payload_bytes(*record));
+    std::uint32_t end = std::min<std::uint32_t>(count, std::uint32_t{entry.first} + entry.count);
+    if (record->dropped) end = std::uint32_t{entry.first} + 1;  // its head, whatever part was asked for
     if (entry.first >= end) continue;
     const auto way = hops_of(entry.id).value_or(0);
-    if (peer.serve.push(record, hashes.of(*record), way, entry.first, end, credit) == ServeQueue::Answer::over_credit)
+    if (peer.serve.push(entry.id, way, entry.first, end, credit) == ServeQueue::Answer::over_credit)
       refuse(Refusal::want_over_credit);
   }
 }
 
 void Node::Impl::on_data(Peer& peer, const wire::Data& data) {
   fetcher.on_data(now, peer, data);
+  take_fetched();
+}
+
+void Node::Impl::on_head(Peer& peer, const wire::Head& head) {
+  fetcher.on_head(now, peer, head);
+  take_fetched();
+}
+
+void Node::Impl::take_fetched() {
+  constexpr std::size_t kMostComplaints = 64;
   for (const Fetcher::Stored& record : fetcher.take_stored()) stored(record.id, record.hops);
+  for (const Fetcher::Spoilt& spoilt : fetcher.take_spoilt()) {
+    const auto from = peers.find(spoilt.from);
+    if (from != peers.end() && spoilt.reason != Refusal::forked) from->second.asks.avoid(now);
+    if (complaints.size() == kMostComplaints) complaints.pop_front();
+    const RobotId robot = from == peers.end() ? RobotId{} : from->second.who.robot;
+    complaints.push_back({spoilt.reason, spoilt.id, robot, spoilt.from});
+  }
   plan_due = true;
 }
 

@@ -233,17 +233,39 @@ bool Node::Impl::build_data(OutgoingDatagram& datagram) {
   const auto waits = [&](std::uint8_t lane) { return !peer->serve.empty(lane); };
   wire::Encoder out(datagram.buffer, header_for(*peer));
   for (std::uint8_t lane = peer->lanes.next(waits); lane < kLaneCount; lane = peer->lanes.next(waits)) {
-    const wire::Data data = peer->serve.front(lane);
-    if (!out.data(data)) break;
-    counters.body_bytes_sent += data.bytes.size();
-    count_sent(FrameType::data);
-    peer->lanes.sent(lane, data.bytes.size(), waits);
-    peer->serve.pop(lane);
+    const auto bytes = put_fragment(out, peer->serve, lane);
+    if (!bytes) break;
+    peer->lanes.sent(lane, *bytes, waits);
   }
   if (peer->serve.empty()) peer->rate.held_up();
   airtime = peer->turn.sent(airtime, out.size(), peer->rate.bytes_per_second());
   sent(datagram, *peer, out.size(), true);
   return true;
+}
+
+// What is next of a lane: how many bytes of it; nothing when it does not fit. The body may be gone since it was asked
+// for.
+std::optional<std::size_t> Node::Impl::put_fragment(wire::Encoder& out, ServeQueue& queue, std::uint8_t lane) {
+  const ServeQueue::Next next = queue.front(lane);
+  const auto record = store.find(next.id);
+  if (record == nullptr) return queue.pop_record(lane), refuse(Refusal::unreadable), 0;
+  if (record->dropped) {
+    if (!out.head({head_of(*record), next.hops, record->seal.signature})) return std::nullopt;
+    count_sent(FrameType::head);
+    return queue.pop_record(lane), wire::kHeadFrameBytes;
+  }
+  wire::Data data;
+  data.id = next.id;
+  data.kind = record->kind;
+  data.hops = next.hops;
+  data.total_bytes = wire::payload_bytes(*record);
+  data.body_hash = hashes.of(*record);
+  data.fragment = static_cast<std::uint16_t>(next.fragment);
+  data.bytes = wire::fragment_of(*record, next.fragment, fragment_scratch);
+  if (!out.data(data)) return std::nullopt;
+  counters.body_bytes_sent += data.bytes.size();
+  count_sent(FrameType::data);
+  return queue.pop(lane), data.bytes.size();
 }
 
 }  // namespace onemap::comms

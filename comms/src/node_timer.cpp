@@ -15,8 +15,7 @@ void Node::Impl::tick() {
   if (seeking.due(now)) seek();
   if (talks.due(now)) talk();
   fetcher.on_timer(now, peers);
-  for (const Fetcher::Stored& record : fetcher.take_stored()) stored(record.id, record.hops);
-  plan_due = true;
+  take_fetched();
 }
 
 void Node::Impl::tick(Peer& peer) {

@@ -6,6 +6,7 @@
 
 #include "daemon/command_line.hpp"
 #include "evaluation/evaluation.hpp"
+#include "hal/backends/replay.hpp"
 #include "hal/backends/simulated.hpp"
 #include "hal/base/file.hpp"
 
@@ -23,8 +24,16 @@ constexpr const char* kDescription =
     "rigid transform (no scale) aligns them together, so that a wrong merge counts in full. Printed in metres and\n"
     "degrees, for each robot and the team: matched poses, coverage (matched poses / lines of associations.txt beside\n"
     "GT; without that file, / estimates), ATE as RMSE, median and maximum, and the RPE as RMSE.\n\n"
-    "GT may also be the address of a simulated camera (simulated:SCENE?...): then its truth is taken.";
-constexpr const char* kFooter = "Exit status: 0 done, 1 a file cannot be used, 2 wrong options.";
+    "GT may also be a camera's address. Of a simulated one (simulated:SCENE?...) its truth is taken, of a recording or "
+    "a\n"
+    "part of one (replay:DIR:FROM:TO) DIR/groundtruth.txt, and coverage is of the frames of that part.";
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  onemap-eval out/trajectory.txt fr1_xyz/groundtruth.txt\n"
+    "  onemap-eval out/robot1/global/robot1.txt replay:fr1_xyz:0:330 out/robot1/global/robot2.txt "
+    "replay:fr1_xyz:230:560\n"
+    "  onemap-eval out/global/a.txt 'simulated:ring?frames=1200&fps=10' --json\n"
+    "\nExit status: 0 done, 1 a file cannot be used, 2 wrong options.";
 
 Result<std::vector<TimedPose>> read_trajectory(const std::string& path) {
   const Result<std::string> text = read_text_file(path);
@@ -58,8 +67,35 @@ Result<RobotTrajectories> read_simulated(const std::string& estimate_path, const
   return RobotTrajectories{estimate_path, text, std::move(*estimate), std::move(*truth), frames};
 }
 
+// The folder of `DIR` or `DIR:FROM:TO`.
+std::string folder_of(std::string path) {
+  for (int i = 0; i < 2; ++i) {
+    const std::size_t colon = path.rfind(':');
+    const bool number = colon != std::string::npos && colon + 1 < path.size() &&
+                        path.find_first_not_of("0123456789", colon + 1) == std::string::npos;
+    if (!number) break;
+    path.resize(colon);
+  }
+  return path;
+}
+
+// A recording's truth; what the camera would play are the frames that count.
+Result<RobotTrajectories> read_recorded(const std::string& estimate_path, const std::string& text) {
+  const auto address = hal::parse_camera_address(text);
+  if (!address) return address.error();
+  const auto camera = hal::open_replay(*address);
+  if (!camera) return camera.error();
+  const std::string truth_path = folder_of(address->path) + "/groundtruth.txt";
+  auto truth = read_trajectory(truth_path);
+  if (!truth) return truth.error();
+  auto estimate = read_trajectory(estimate_path);
+  if (!estimate) return estimate.error();
+  return RobotTrajectories{estimate_path, text, std::move(*estimate), std::move(*truth), (*camera)->frames_expected()};
+}
+
 Result<RobotTrajectories> read_robot(const std::string& estimate_path, const std::string& truth_path) {
   if (truth_path.starts_with("simulated:")) return read_simulated(estimate_path, truth_path);
+  if (truth_path.starts_with("replay:")) return read_recorded(estimate_path, truth_path);
   auto estimate = read_trajectory(estimate_path);
   if (!estimate) return estimate.error();
   auto truth = read_trajectory(truth_path);

@@ -24,11 +24,6 @@ bool is_any(const Endpoint& e) {
   return std::all_of(e.address.begin(), e.address.end(), [](auto b) { return b == 0; });
 }
 
-bool is_loopback(const Endpoint& e) {
-  if (e.is_ipv4()) return first_byte(e) == 127;
-  return std::all_of(e.address.begin(), e.address.end() - 1, [](auto b) { return b == 0; }) && e.address[15] == 1;
-}
-
 // Why an address is no single host's; empty: it may be one.
 std::string no_host(const Endpoint& e) {
   const std::uint8_t first = first_byte(e);
@@ -94,6 +89,11 @@ std::optional<Endpoint> endpoint_of(const sockaddr* address) {
 }
 
 }  // namespace
+
+bool is_loopback(const comms::Endpoint& e) {
+  if (e.is_ipv4()) return first_byte(e) == 127;
+  return std::all_of(e.address.begin(), e.address.end() - 1, [](auto b) { return b == 0; }) && e.address[15] == 1;
+}
 
 Status check_listen(const std::string& address) {
   const auto endpoint = parse(address);

@@ -13,6 +13,7 @@
 #include "daemon/addresses.hpp"
 #include "daemon/config_key.hpp"
 #include "daemon/memory_limit.hpp"
+#include "daemon/team_seal.hpp"
 #include "hal/base/file.hpp"
 #include "hal/base/ids.hpp"
 
@@ -98,6 +99,8 @@ Status check_all(const Config& config) {
     return Error{"id '" + config.id + "'", "expected 1 to 16 characters of A-Z a-z 0-9 _ . -, not starting with '.'"};
   if (auto status = check_mapper(config); !status) return status;
   if (auto status = check_addresses(config.listen, config.peers, config.group, own_network()); !status) return status;
+  if (team_key_file(config).empty())
+    if (auto status = check_reach_without_key(config); !status) return status;
   return check_memory(config, memory_limit());
 }
 

@@ -217,6 +217,18 @@ void add_network(std::vector<ConfigKey>& keys) {
       [](auto& c) -> auto& { return c.store_budget_bytes; }));
 }
 
+void add_team(std::vector<ConfigKey>& keys) {
+  keys.push_back(
+      text({"team", "key_file",
+            "file with the team's key, mode 0600; empty: /etc/onemap/team.key, else OUT/team.key, if there is "
+            "one; none: no key, and this machine's robots only"},
+           "a path, or none", &Config::team_key_file, any));
+  keys.push_back(
+      text({"team", "key_log",
+            "file to which the keys of sessions are written, to look into traffic with Wireshark; empty: none"},
+           "a path", &Config::key_log, any));
+}
+
 void add_run(std::vector<ConfigKey>& keys) {
   keys.push_back(yes_or_no(
       {"run", "once", "finish when the camera's stream is over and the team agrees"},
@@ -395,6 +407,7 @@ void add_poses(std::vector<ConfigKey>& keys) {
 constexpr ConfigSection kSections[] = {
     {"robot", "who this robot is, what it sees with, where it writes"},
     {"network", "whom it talks to over UDP"},
+    {"team", "the key that makes robots a team"},
     {"run", "how long it works and whom it waits for"},
     {"tracking", "how it finds its way"},
     {"map", "what it keeps of what it saw"},
@@ -411,8 +424,8 @@ std::span<const ConfigSection> config_sections() { return kSections; }
 std::span<const ConfigKey> config_keys() {
   static const std::vector<ConfigKey> table = [] {
     std::vector<ConfigKey> keys;
-    for (const auto add :
-         {add_robot, add_network, add_run, add_tracking, add_map, add_control, add_record, add_snapshots, add_poses})
+    for (const auto add : {add_robot, add_network, add_team, add_run, add_tracking, add_map, add_control, add_record,
+                           add_snapshots, add_poses})
       add(keys);
     return keys;
   }();

@@ -26,6 +26,8 @@ constexpr Option kOptions[] = {
     {"--id", "robot", "id", "NAME"},
     {"--listen", "network", "listen", "ADDR:PORT"},
     {"--peer", "network", "peers", "ADDR:PORT"},
+    {"--team-key", "team", "key_file", "FILE"},
+    {"--key-log", "team", "key_log", "FILE"},
     {"--once", "run", "once", ""},
     {"--quick-stop", "run", "quick_stop", ""},
     {"--speed", "run", "speed", "X|max"},
@@ -89,7 +91,13 @@ std::string footer() {
          "A recording without --once is played to its end, and the daemon then keeps serving what it knows until "
          "SIGTERM or\n"
          "SIGINT, which write everything and end it.\n" +
-         "\nExit status:\n" + exit_words();
+         "\nExamples:\n"
+         "  onemapd --camera replay:DIR --once --speed max --out OUT\n"
+         "  onemapd --camera 'simulated:living-room?frames=300' --once --speed max --out OUT\n"
+         "  onemapd --camera auto --id left --listen 0.0.0.0:4600 --peer 10.0.0.2:4600 --out OUT\n"
+         "  onemapd --help-config > onemap.toml && onemapd --config onemap.toml --check-config\n"
+         "\nExit status:\n" +
+         exit_words();
 }
 
 void declare(CLI::App& app, Given& given) {

@@ -4,7 +4,9 @@
 #include <chrono>
 
 #include "comms/udp/silent_port.hpp"
+#include "daemon/addresses.hpp"
 #include "daemon/clock.hpp"
+#include "daemon/identity_file.hpp"
 #include "mapping/records/finished.hpp"
 #include "mapping/records/hello.hpp"
 
@@ -59,18 +61,35 @@ Result<std::unique_ptr<Radio>> Radio::open(const Config& config, Listener listen
   if (!node) return node.error();
   auto port = open_port(config, *node);
   if (!port) return port.error();
+  std::unique_ptr<TeamSeal> seal;
+  if (!config.alone()) {
+    auto opened = TeamSeal::open(config, log);
+    if (!opened) return opened.error();
+    seal = std::move(*opened);
+    if (seal)
+      log.line("{}", seal->words());
+    else
+      log.line("no team key: this robot talks to this machine only (`onemapctl team init` makes a key)");
+  }
+  node->sealed = seal != nullptr;
   LifeCounter life(config.out);
   if (auto begun = life.begin(wall_clock_ns()); !begun)
     log.warn(
         "{}; this life's number is the clock's: {}; make OUT writable, or neighbours may take this life for an old one",
         begun.error().text(), life.number());
   node->incarnation = life.number();
+  auto identity = open_identity(config.out + "/identity");
+  if (!identity && config.alone())
+    log.warn("{}; this robot is alone and signs with a key for this life only", identity.error().text());
+  else if (!identity)
+    return identity.error();
+  node->identity = identity ? *identity : passing_identity();
   return std::unique_ptr<Radio>(
-      new Radio(config, std::move(*node), life, std::move(*port), std::move(listener), failures, log));
+      new Radio(config, std::move(*node), life, std::move(*port), std::move(seal), std::move(listener), failures, log));
 }
 
 Radio::Radio(const Config& config, comms::NodeConfig node, LifeCounter life, std::unique_ptr<comms::DatagramPort> port,
-             Listener listener, Failures& failures, Log& log)
+             std::unique_ptr<TeamSeal> seal, Listener listener, Failures& failures, Log& log)
     : config_(config),
       failures_(failures),
       log_(log),
@@ -79,8 +98,24 @@ Radio::Radio(const Config& config, comms::NodeConfig node, LifeCounter life, std
       node_config_(std::move(node)),
       store_(config.store_budget_bytes),
       port_(std::move(port)),
-      node_(std::make_unique<comms::Node>(node_config_, store_)),
-      heartbeat_("radio", kStuckAfter) {}
+      seal_(std::move(seal)),
+      heartbeat_("radio", kStuckAfter) {
+  begin_node();
+}
+
+void Radio::begin_node() {
+  guard_.reset();  // it knows the node that goes
+  node_ = std::make_unique<comms::Node>(node_config_, store_);
+  if (seal_) guard_ = seal_->guard(node_config_, *node_);
+}
+
+// The node's, through the guard if there is one.
+void Radio::on_timer(Instant now) { guard_ ? guard_->on_timer(now) : node_->on_timer(now); }
+Instant Radio::next_deadline() const { return guard_ ? guard_->next_deadline() : node_->next_deadline(); }
+bool Radio::next_outgoing(comms::OutgoingDatagram& datagram) {
+  return guard_ ? guard_->next_outgoing(datagram) : node_->next_outgoing(datagram);
+}
+comms::Counters Radio::counters() const { return guard_ ? guard_->counters() : node_->counters(); }
 
 Radio::~Radio() { stop(); }
 
@@ -135,7 +170,7 @@ void Radio::run() {
   while (!over(now())) {
     heartbeat_.beat(now());
     turn();
-    const Duration sleep = std::min<Duration>(node_->next_deadline() - now(), kLongestSleep);
+    const Duration sleep = std::min<Duration>(next_deadline() - now(), kLongestSleep);
     if (sleep > Duration::zero()) port_->wait(sleep);
   }
   turn();
@@ -155,9 +190,9 @@ void Radio::turn() {
   const Instant t = now();
   if (node_->outlived()) begin_new_life(t);
   append_published(t);
-  if (t >= node_->next_deadline()) node_->on_timer(t);
+  if (t >= next_deadline()) on_timer(t);
   comms::OutgoingDatagram datagram;
-  while (node_->next_outgoing(datagram)) ++(port_->send(datagram) ? sends_ : sends_failed_);
+  while (next_outgoing(datagram)) ++(port_->send(datagram) ? sends_ : sends_failed_);
   hand_out_applied();
   if (t - looked_ < kLookInterval) return;
   looked_ = t;
@@ -167,6 +202,7 @@ void Radio::turn() {
   log_conflict(t);
   log_refusals();
   log_network();
+  log_guard();
   update_view(t);
 }
 
@@ -183,8 +219,15 @@ void Radio::hand_out_applied() {
 
 void Radio::receive_some() {
   comms::IncomingDatagram datagram;
-  for (int i = 0; i < kDatagramsAtOnce && port_->receive(datagram); ++i)
-    node_->on_datagram(now(), datagram.from, datagram.bytes());
+  for (int i = 0; i < kDatagramsAtOnce && port_->receive(datagram); ++i) receive(datagram);
+}
+
+void Radio::receive(const comms::IncomingDatagram& datagram) {
+  if (guard_) return guard_->on_datagram(now(), datagram.from, datagram.bytes());
+  if (is_loopback(datagram.from)) return node_->on_datagram(now(), datagram.from, datagram.bytes());
+  ++not_loopback_;
+  log_.limited("not loopback", "refused: a datagram from {}, another machine; this robot has no team key ({} so far)",
+               comms::to_string(datagram.from), not_loopback_);
 }
 
 void Radio::append_published(Instant now) {
@@ -225,10 +268,10 @@ bool Radio::append_finished(Instant now, std::uint32_t frames) {
 // A node for the life that life_ tells by now; what the store holds everybody here has heard of.
 void Radio::rise_again() {
   hand_out_applied();
-  sent_before_ += node_->counters().bytes_sent;
-  received_before_ += node_->counters().bytes_received;
+  sent_before_ += counters().bytes_sent;
+  received_before_ += counters().bytes_received;
   node_config_.incarnation = life_.number();
-  node_ = std::make_unique<comms::Node>(node_config_, store_);
+  begin_node();
   logged_refusals_ = {};  // a new node counts anew
   std::shared_ptr<const Record> known;
   while (node_->next_applied(known)) {

@@ -1,6 +1,7 @@
 // What the radio tells others: its view for the rest of the daemon, and lines for people.
 #include <fmt/format.h>
 
+#include "comms/fingerprint.hpp"
 #include "daemon/clock.hpp"
 #include "daemon/radio.hpp"
 
@@ -19,14 +20,14 @@ std::map<std::string, std::uint64_t> refusals(const comms::Counters& counters) {
 
 // Each reason by itself, at most once a second, and only when it happened again.
 void Radio::log_refusals() {
-  const comms::Counters& counters = node_->counters();
+  const comms::Counters counted = counters();
   for (std::size_t i = 0; i < comms::kRefusalCount; ++i) {
     const auto reason = static_cast<comms::Refusal>(i);
     std::uint64_t& logged = logged_refusals_[i];
-    if (counters.refused[i] == logged || comms::everyday(reason)) continue;
+    if (counted.refused[i] == logged || comms::everyday(reason)) continue;
     if (log_.limited(fmt::format("refused {}", name(reason)), "refused: {} ({} so far)", words(reason),
-                     counters.refused[i]))
-      logged = counters.refused[i];
+                     counted.refused[i]))
+      logged = counted.refused[i];
   }
 }
 
@@ -35,6 +36,28 @@ void Radio::log_conflict(Instant now) {
   if (conflict && now - conflict->when < kConflictFresh)
     log_.limited("id conflict", "id {} is also in use at {}; give one of the two another --id", config_.id,
                  comms::to_string(conflict->where));
+}
+
+// A robot that is not the one that its name says, or that lies, is news for the people of its team.
+void Radio::log_guard() {
+  if (!guard_) return;
+  seal_->keep_pins(log_);
+  comms::GuardEvent event;
+  while (guard_->next_event(event)) {
+    const std::string who = fmt::format("{} at {} (key {})", event.robot.name(), comms::to_string(event.where),
+                                        comms::fingerprint(event.key));
+    if (event.what == comms::GuardEvent::What::other_key)
+      log_.limited(
+          "other key " + event.robot.name(),
+          "{} shows another key than the robot of that name that was here before: it is refused. If it was set "
+          "up anew, remove its line in {}",
+          who, seal_->known_robots_file());
+    else
+      log_.warn(
+          "{} has the team's key and sends what is no message: it is broken, or somebody has its key. Nothing is "
+          "taken from it for {} s",
+          who, std::chrono::duration_cast<std::chrono::seconds>(event.penalty).count());
+  }
 }
 
 void Radio::update_view(Instant now) {
@@ -52,17 +75,18 @@ void Radio::update_view(Instant now) {
   view.robots_heard = view.last_sign.size();
   view.neighbours_heard = alive_.size();
   view.records_missing = node_->records_missing();
-  view.bytes_sent = sent_before_ + node_->counters().bytes_sent;
-  view.bytes_received = received_before_ + node_->counters().bytes_received;
+  view.counters = counters();
+  view.bytes_sent = sent_before_ + view.counters.bytes_sent;
+  view.bytes_received = received_before_ + view.counters.bytes_received;
   for (const comms::Endpoint& peer : node_->peers_never_heard()) view.peers_never_heard.push_back(to_string(peer));
   const auto conflict = node_->id_conflict();
   if (conflict && now - conflict->when < kConflictFresh) view.id_also_used_at = to_string(conflict->where);
   view.scalars = node_->scalars();
-  view.refused = refusals(node_->counters());
+  view.refused = refusals(view.counters);
+  if (not_loopback_ > 0) view.refused["not_loopback"] = not_loopback_;
   if (failed_before_ > 0 && !config_.alone()) view.refused["not_sent"] = failed_before_;
   view.delivered = node_->delivered(1);
   view.neighbours = node_->neighbours();
-  view.counters = node_->counters();
   view.records = records_;
   const std::lock_guard lock(mutex_);
   view.agrees = node_->team_agrees(comms::kStatusFinished, gone_);

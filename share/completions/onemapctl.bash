@@ -1,7 +1,7 @@
 # bash completion of onemapctl: to be installed as /usr/share/bash-completion/completions/onemapctl
 _onemapctl() {
   local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]} command='' i
-  local commands='status peers consensus map pose watch metrics cameras doctor snapshot save load record why unmerge merge'
+  local commands='status peers consensus map pose watch metrics cameras doctor snapshot save load record why unmerge merge team'
   for ((i = 1; i < COMP_CWORD; ++i)); do
     case ${COMP_WORDS[i]} in
       --socket | --timeout) ((++i)) ;;
@@ -10,7 +10,7 @@ _onemapctl() {
     esac
   done
   case $before in
-    --socket) COMPREPLY=($(compgen -f -- "$word")) && return ;;
+    --socket | --file) COMPREPLY=($(compgen -f -- "$word")) && return ;;
     --timeout) return ;;
     --map) COMPREPLY=($(compgen -W 'local global' -- "$word")) && return ;;
     --view) COMPREPLY=($(compgen -W 'fit top follow plan front' -- "$word")) && return ;;
@@ -24,6 +24,7 @@ _onemapctl() {
     record) COMPREPLY=($(compgen -W "start stop $options" -- "$word")) ;;
     snapshot) COMPREPLY=($(compgen -W "--map --view --kind $options" -- "$word")) ;;
     save | load) COMPREPLY=($(compgen -W "$options" -- "$word") $(compgen -f -- "$word")) ;;
+    team) COMPREPLY=($(compgen -W "init show join --file --secret --force $options" -- "$word")) ;;
     *) COMPREPLY=($(compgen -W "$options" -- "$word")) ;;
   esac
 }

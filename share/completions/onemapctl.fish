@@ -1,5 +1,5 @@
 # fish completion of onemapctl: to be installed as /usr/share/fish/vendor_completions.d/onemapctl.fish
-set -l commands status peers consensus map pose watch metrics cameras doctor snapshot save load record why unmerge merge
+set -l commands status peers consensus map pose watch metrics cameras doctor snapshot save load record why unmerge merge team
 complete -c onemapctl -f
 complete -c onemapctl -l socket -r -F -d 'control socket of the daemon'
 complete -c onemapctl -l json -d 'one JSON object a line'
@@ -22,6 +22,11 @@ complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a record -
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a why -d 'why two robots are in one map, or are not'
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a unmerge -d 'take what joins two robots back'
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a merge -d 'let what joins two robots count again'
+complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a team -d 'the key of the team'
+complete -c onemapctl -n '__fish_seen_subcommand_from team' -a 'init show join'
+complete -c onemapctl -n '__fish_seen_subcommand_from team' -l file -r -F -d 'where it is'
+complete -c onemapctl -n '__fish_seen_subcommand_from team' -l secret -d 'the key itself'
+complete -c onemapctl -n '__fish_seen_subcommand_from team' -l force -d 'in place of another'
 complete -c onemapctl -n '__fish_seen_subcommand_from pose' -l follow -d 'the pose of every frame'
 complete -c onemapctl -n '__fish_seen_subcommand_from watch' -a 'POSE EVENT PEERS STATUS'
 complete -c onemapctl -n '__fish_seen_subcommand_from record' -a 'start stop'

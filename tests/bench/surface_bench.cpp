@@ -1,7 +1,7 @@
 // The surface of a simulated room from frames with sensor noise under their true poses: ours, and of a peer that was
 // given the same frames, judged by the room's formulas.
-//   bench_surface ADDRESS EVERY FOLDER dump     writes the frames for the peer: intrinsics.txt poses.txt depth.bin rgb.bin
-//   bench_surface ADDRESS EVERY FOLDER judge    fuses, and judges itself and each PLY of the folder
+//   bench_surface ADDRESS EVERY FOLDER dump     writes the frames for the peer: intrinsics.txt poses.txt depth.bin
+//   rgb.bin bench_surface ADDRESS EVERY FOLDER judge    fuses, and judges itself and each PLY of the folder
 #include <fmt/format.h>
 
 #include <algorithm>

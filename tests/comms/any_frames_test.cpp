@@ -113,16 +113,21 @@ class Storm {
     }
   }
 
-  // Mostly of what the node asked for, mostly with the right hash.
+  // Mostly of what the node asked for, mostly signed and with the right hash.
   void data(wire::Encoder& out) {
-    wire::Data data;
-    data.id = !asked_.empty() && random().below(8) != 0 ? asked_[random().below(asked_.size())].id : any_.record();
-    data.kind = static_cast<std::uint16_t>(random().below(2));
-    data.total_bytes = static_cast<std::uint32_t>(random().below(3) == 0 ? random().below(3000) : random().below(1000));
-    data.fragment = static_cast<std::uint16_t>(random().below(wire::fragments_of(data.total_bytes)));
-    const std::size_t at = data.fragment * wire::kFragmentBytes;
-    data.bytes = std::span(body_).subspan(at, std::min<std::size_t>(wire::kFragmentBytes, data.total_bytes - at));
-    data.body_hash = wire::body_hash(data.kind, std::span(body_).first(data.total_bytes)) ^ (random().below(6) == 0);
+    const RecordId id =
+        !asked_.empty() && random().below(8) != 0 ? asked_[random().below(asked_.size())].id : any_.record();
+    const std::size_t size = random().below(9) == 0 ? random().below(3000) : id.seq * 700 % 3000;
+    Record record{id, 1, {body_.begin(), body_.begin() + static_cast<std::ptrdiff_t>(size)}, {}, {}};
+    if (id.seq < 300 && random().below(20) != 0) record = logs_.record(id, 1, record.body);
+    if (random().below(20) == 0) {
+      out.head({head_of(record), 0, record.seal.signature});
+      return;
+    }
+    wire::FragmentBuffer scratch;
+    const auto fragments = wire::fragments_of(wire::payload_bytes(record));
+    wire::Data data = sim::fragment(record, static_cast<std::uint32_t>(random().below(fragments)), scratch);
+    data.body_hash ^= random().below(6) == 0;
     out.data(data);
   }
 
@@ -149,6 +154,7 @@ class Storm {
   Anything any_;
   Alone alone_{small_limits(), 300'000};
   std::vector<std::uint8_t> body_ = std::vector<std::uint8_t>(3000);
+  sim::SignedLogs logs_;
   std::vector<wire::WantEntry> asked_;  // of us, lately
   std::uint32_t counter_ = 0;
 };

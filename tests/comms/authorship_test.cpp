@@ -25,10 +25,7 @@ TEST(Authorship, LaterLivesOfOurselvesAreNotTaken) {
     const wire::HaveEntry entry{log, 1};
     alone.hear_frames(5, ++counter, [&](auto& out) { out.have(entry_digest(log, 1), {&entry, 1}); });
     EXPECT_FALSE(sim::first<wire::Want>(alone.sent())) << "it is not asked for";
-    wire::Data data;
-    data.id = {log, 0};
-    data.body_hash = wire::body_hash(0, {});
-    alone.hear_frames(5, ++counter, [&](auto& out) { out.data(data); });
+    alone.hear_record(5, ++counter, sim::SignedLogs().next(log, 0, {}));
     const RobotStatus status{kSelf, life, 1, 2, 3, 1};
     alone.hear_frames(5, ++counter, [&](auto& out) { out.status({&status, 1}); });
   }
@@ -48,10 +45,7 @@ TEST(Authorship, FormerLivesOfOurselvesComeBack) {
   const wire::HaveEntry entry{log, 1};
   alone.hear_frames(5, 2, [&](auto& out) { out.have(entry_digest(log, 1), {&entry, 1}); });
   EXPECT_TRUE(sim::first<wire::Want>(alone.sent()));
-  wire::Data data;
-  data.id = {log, 0};
-  data.body_hash = wire::body_hash(0, {});
-  alone.hear_frames(5, 3, [&](auto& out) { out.data(data); });
+  alone.hear_record(5, 3, sim::SignedLogs().next(log, 0, {}));
   EXPECT_EQ(alone.node.frontier(), (VersionVector{{log, 1}}));
 }
 
@@ -91,11 +85,7 @@ TEST(Authorship, TheAuthorsGreetingStopsWhatIsOnItsWay) {
   EXPECT_EQ(alone.node.records_missing(), 1u);
   alone.befriend("friend", 5);
   EXPECT_EQ(alone.node.records_missing(), 0u) << "it is not waited for any longer";
-  wire::Data data;
-  data.id = {forged, 0};
-  data.body_hash = wire::body_hash(0, {});
-  alone.hear_frames(
-      9, 3, [&](auto& out) { out.data(data); }, kLiar);
+  alone.hear_record(9, 3, sim::SignedLogs().next(forged, 0, {}), kLiar);
   EXPECT_TRUE(alone.node.frontier().empty());
   EXPECT_EQ(alone.node.records_missing(), 0u);
 }
@@ -107,10 +97,7 @@ TEST(Authorship, AFormerLifeIsToldOfTheLaterOne) {
   const wire::HaveEntry entry{log, 1};
   alone.hear_frames(50, 2, [&](auto& out) { out.have(1, {&entry, 1}); });
   EXPECT_TRUE(sim::first<wire::Want>(alone.sent()));
-  wire::Data data;
-  data.id = {log, 0};
-  data.body_hash = wire::body_hash(0, {});
-  alone.hear_frames(50, 3, [&](auto& out) { out.data(data); });
+  alone.hear_record(50, 3, sim::SignedLogs().next(log, 0, {}));
   ASSERT_EQ(alone.node.frontier().size(), 1u);
   alone.sent();
   // At the same address, and, when the neighbour is long gone, at another.

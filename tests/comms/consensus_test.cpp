@@ -127,7 +127,9 @@ struct Team {
     for (std::size_t i = 0; i < robots.size(); ++i)
       for (const std::size_t j : near[i])
         for (int copies = random.unit() < again ? 2 : 1; copies > 0; --copies)
-          if (random.unit() >= loss && !robots[j].heard(id(i), robots[i].given_to(id(j)))) ADD_FAILURE();
+          if (random.unit() >= loss) {
+            EXPECT_TRUE(robots[j].heard(id(i), robots[i].given_to(id(j))));
+          }
   }
   double worst() const {
     double most = 0;

@@ -1,6 +1,8 @@
 // What strangers and broken or lying members do to a Guard (comms/PROTOCOL.md, Sessions).
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "comms/guard.hpp"
 #include "comms/memory_store.hpp"
 #include "comms/wire.hpp"
@@ -178,6 +180,27 @@ TEST(GuardHostile, ADatagramIsTakenOnce) {
   robot.hear(at(100), late);
   robot.hear(at(100), once);
   EXPECT_EQ(robot.refused(Refusal::too_old), 1u);
+}
+
+TEST(GuardHostile, AWordIsTakenOnce) {
+  Alone robot;
+  OtherSide other(kTeam);
+  ASSERT_TRUE(robot.meet(other, at(100)));
+  Datagram probe(sealed::kOwnBytes);
+  other.session().say(probe, sealed::Word::probe, 1);
+  EXPECT_EQ(robot.hear(at(100), probe).size(), 1u);
+  EXPECT_TRUE(robot.hear(at(100), probe).empty());
+  EXPECT_EQ(robot.refused(Refusal::duplicate), 1u);
+}
+
+// Whatever the writer counts: two datagrams under one key and number would give both away.
+TEST(GuardHostile, NoNumberIsUsedTwice) {
+  Alone robot;
+  OtherSide other(kTeam);
+  ASSERT_TRUE(robot.meet(other, at(100)));
+  std::set<std::uint64_t> used;
+  for (const std::uint32_t counter : {5u, 6u, 6u, 3u, 7u, 0xFFFFFFFFu, 1u, 2u, 2u, 0x7FFFFFFFu, 0xFFFFFFFFu, 4u})
+    EXPECT_TRUE(used.insert(sealed::counter_of(other.sealed(beacon_of(other.robot()), counter))).second) << counter;
 }
 
 TEST(GuardHostile, AWholeRecordedHandshakePlayedAgainMakesNoSession) {

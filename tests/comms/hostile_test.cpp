@@ -37,6 +37,7 @@ struct Evil {
   std::size_t served = 0;
   std::vector<std::uint8_t> body{};
   VersionVector offered{};
+  sim::SignedLogs logs{};
 
   void befriend(const std::string& name) { alone.befriend(name, life, at); }
   template <class Write>
@@ -68,16 +69,12 @@ struct Evil {
     }
   }
   void serve_one(const wire::WantEntry& entry, std::uint64_t hash_error) {
-    const auto size = static_cast<std::uint32_t>(body.size());
-    const std::uint32_t end = std::min<std::uint32_t>(entry.first + entry.count, wire::fragments_of(size));
-    for (std::uint32_t f = entry.first; f < end; ++f) {
-      wire::Data data;
-      data.id = entry.id;
-      data.total_bytes = size;
-      data.body_hash = wire::body_hash(0, body) ^ hash_error;
-      data.fragment = static_cast<std::uint16_t>(f);
-      const std::size_t from = f * wire::kFragmentBytes;
-      data.bytes = std::span(body).subspan(from, std::min(wire::kFragmentBytes, body.size() - from));
+    const Record record = logs.record(entry.id, 0, body);
+    const std::uint32_t fragments = wire::fragments_of(wire::payload_bytes(record));
+    for (std::uint32_t f = entry.first; f < std::min<std::uint32_t>(entry.first + entry.count, fragments); ++f) {
+      wire::FragmentBuffer scratch;
+      wire::Data data = sim::fragment(record, f, scratch);
+      data.body_hash ^= hash_error;
       say([&](auto& out) { out.data(data); });
       ++served;
     }

@@ -138,25 +138,18 @@ TEST(Node, LiesAreCounted) {
   const wire::WantEntry want{{theirs, 9}, 0, 1};
   alone.hear(datagram({DatagramType::unicast, 5, 77, 3}, [&](wire::Encoder& out) { out.want(10'000, {&want, 1}); }));
   EXPECT_EQ(alone.node.counters().of(Refusal::want_unknown), 1u);
-  wire::Data data;
-  data.id = {theirs, 0};
-  const std::vector<std::uint8_t> body = {1, 2, 3};
-  data.total_bytes = 3;
-  data.bytes = body;
-  data.body_hash = wire::body_hash(0, body);
-  alone.hear(datagram({DatagramType::unicast, 5, 77, 4}, [&](wire::Encoder& out) { out.data(data); }));
+  const Record record = sim::SignedLogs().next(theirs, 0, {1, 2, 3});
+  alone.hear_record(5, 4, record);
   EXPECT_EQ(alone.node.counters().of(Refusal::data_unasked), 1u);
   alone.hear(datagram({DatagramType::unicast, 5, 77, 5}, [&](wire::Encoder& out) {
     out.have(entry_digest(theirs, 1), {&real, 1});
   }));
   EXPECT_EQ(alone.sent().size(), 1u);
-  auto wrong = data;
-  wrong.body_hash ^= 1;
-  alone.hear(datagram({DatagramType::unicast, 5, 77, 6}, [&](wire::Encoder& out) { out.data(wrong); }));
+  alone.hear_record(5, 6, record, sim::kStranger, 1);
   EXPECT_EQ(alone.node.counters().of(Refusal::data_bad_hash), 1u);
   EXPECT_TRUE(alone.node.frontier().empty());
   EXPECT_EQ(alone.sent().size(), 1u);  // asked for again
-  alone.hear(datagram({DatagramType::unicast, 5, 77, 7}, [&](wire::Encoder& out) { out.data(data); }));
+  alone.hear_record(5, 7, record);
   EXPECT_EQ(alone.node.frontier(), (VersionVector{{theirs, 1}}));
   EXPECT_EQ(alone.node.frontier_digest(), entry_digest(theirs, 1));
 }
@@ -184,9 +177,12 @@ TEST(Node, CreditBoundsWhatWaitsAtTheServer) {
 
 TEST(Node, RestoredStoreIsGivenOutFirstAndContinued) {
   MemoryStore store(1u << 20);
-  NodeConfig config{.self = RobotId::from_name("a"), .incarnation = 3, .peers = {}, .group = {}};
-  for (std::uint32_t k = 0; k < 3; ++k)
-    ASSERT_TRUE(store.append({{{config.self, 1, 3}, k}, 2, {static_cast<std::uint8_t>(k)}}));
+  NodeConfig config;
+  config.self = RobotId::from_name("a");
+  config.incarnation = 3;
+  config.identity = sim::identity_of(config.self);
+  sim::SignedLogs logs;
+  for (std::uint8_t k = 0; k < 3; ++k) ASSERT_TRUE(store.append(logs.next({config.self, 1, 3}, 2, {k})));
   Node node(config, store);
   EXPECT_EQ(node.append(Instant{}, 1, 2, {9})->seq, 3u);
   std::shared_ptr<const Record> record;

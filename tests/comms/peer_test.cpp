@@ -152,7 +152,9 @@ TEST(Peer, BecomesWhoStandsBesideIt) {
 TEST(HashCache, IsBoundedAndRight) {
   HashCache cache;
   Record record{{kLog, 0}, 4, {1, 2, 3}};
-  EXPECT_EQ(cache.of(record), wire::body_hash(4, record.body));
+  std::vector<std::uint8_t> payload = {1, 2, 3};
+  payload.resize(3 + kSealBytes);
+  EXPECT_EQ(cache.of(record), wire::body_hash(4, payload));
   for (std::uint32_t k = 0; k < 5000; ++k) {
     record.id.seq = k;
     cache.of(record);

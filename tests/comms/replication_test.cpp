@@ -150,7 +150,10 @@ TEST(Replication, LargestRecordCrossesALine) {
 
 TEST(Replication, OwnRecordsThatCannotBeKeptAreRefusedWithTheReason) {
   MemoryStore store(2'000);
-  Node node({.self = RobotId::from_name("a"), .peers = {}, .group = {}}, store);
+  NodeConfig config;
+  config.self = RobotId::from_name("a");
+  config.identity = sim::identity_of(config.self);
+  Node node(config, store);
   const auto why = [&](std::uint8_t lane, std::size_t bytes) {
     const auto refused = node.append(Instant{}, lane, 1, std::vector<std::uint8_t>(bytes));
     return refused.ok() ? "kept" : refused.error().text();
@@ -203,8 +206,10 @@ TEST(Replication, WhoseRecordsAreMissingIsKnown) {
 TEST(Replication, ANodeOnAnOldStoreGivesEachRobotTimeToShowUp) {
   MemoryStore store(1u << 20);
   const RobotId other = RobotId::from_name("other");
-  ASSERT_TRUE(store.append({{{other, 0, 4}, 0}, 1, {}}));
-  Node node({.self = RobotId::from_name("a"), .peers = {}, .group = {}}, store);
+  ASSERT_TRUE(store.append(sim::SignedLogs().next({other, 0, 4}, 1, {})));
+  NodeConfig config;
+  config.self = RobotId::from_name("a");
+  Node node(config, store);
   const Instant start{1000s};
   node.on_timer(start);
   EXPECT_EQ(node.presence(start + 1s).at(other).last_sign, start);

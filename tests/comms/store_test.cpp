@@ -5,6 +5,7 @@
 #include "comms/frontier.hpp"
 #include "comms/memory_store.hpp"
 #include "comms/node.hpp"
+#include "comms/record_head.hpp"
 #include "comms/wire.hpp"
 #include "sim_net.hpp"
 
@@ -36,7 +37,7 @@ TEST(MemoryStore, FullRefusesVoxelsFirst) {
   EXPECT_LE(store.used(), 90'000u);
   EXPECT_GT(store.used(), 90'000u - 1000 - MemoryStore::kRecordBytes);
   while (store.append(record(1, poses, 1000))) ++poses;
-  EXPECT_GE(poses, 8u);
+  EXPECT_GE(poses, 7u);
   EXPECT_LE(store.used(), store.capacity());
   EXPECT_EQ(store.frontier().at(record(3, 0, 0).id.log), voxels);
 }
@@ -63,14 +64,18 @@ TEST(MemoryStore, ScansInOrderAndForgetsBodies) {
   EXPECT_TRUE(store.forget(record(1, 1, 0).id));
   EXPECT_FALSE(store.forget(record(1, 1, 0).id));
   EXPECT_FALSE(store.forget(record(1, 3, 0).id));
-  EXPECT_EQ(store.find(record(1, 1, 0).id), nullptr);
+  const auto head = store.find(record(1, 1, 0).id);
+  ASSERT_NE(head, nullptr);
+  EXPECT_TRUE(head->body.empty());
+  EXPECT_EQ(head->dropped, (DroppedBody{1000, digest_of(record(1, 1, 1000).body)}));
+  EXPECT_EQ(hash_of(head_of(*head)), hash_of(head_of(record(1, 1, 1000))));
   EXPECT_EQ(store.frontier(), frontier);
-  EXPECT_EQ(store.used(), used - 1000 - MemoryStore::kRecordBytes);
+  EXPECT_EQ(store.used(), used - 1000);
   EXPECT_TRUE(store.append(record(1, 3, 10))) << "its place stays taken";
   std::vector<RecordId> seen;
   store.scan([&](const auto& one) { seen.push_back(one->id); });
   EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
-  EXPECT_EQ(seen.size(), 6u);
+  EXPECT_EQ(seen.size(), 7u);
 }
 
 // What glibc gives out for a node with a store, two living neighbours that hold the same, and nothing else to do.
@@ -83,7 +88,8 @@ std::size_t cost_of(std::size_t logs, std::size_t records, std::size_t bytes) {
   const std::size_t before = mallinfo2().uordblks, charged = net[0].store->bytes();
   for (std::size_t k = 0; k < logs; ++k)
     for (std::uint32_t seq = 0; seq < records; ++seq)
-      if (!net[0].store->append({{{sim::numbered("r", k), 1, 1}, seq}, 1, std::vector<std::uint8_t>(bytes)})) return 0;
+      if (!net[0].store->append({{{sim::numbered("r", k), 1, 1}, seq}, 1, std::vector<std::uint8_t>(bytes), {}, {}}))
+        return 0;
   return 100 * (mallinfo2().uordblks - before) / (net[0].store->bytes() - charged);
 }
 
@@ -105,7 +111,7 @@ TEST(MemoryStore, ChargesWhatLogsCostTheNode) {
     config.bytes_per_second = 1'000'000'000;
     net.add_team(3, sim::complete(3), config);
     for (std::size_t k = 0; k < robots; ++k)
-      if (!net[0].store->append({{{sim::numbered("r", k), 1, 1}, 0}, 1, {}})) return std::size_t{0};
+      if (!net[0].store->append(sim::SignedLogs().next({sim::numbered("r", k), 1, 1}, 1, {}))) return std::size_t{0};
     net.restart_node(0);
     const std::size_t before = mallinfo2().uordblks;
     net.run_until([&] { return net.equal(); }, std::chrono::seconds(60));

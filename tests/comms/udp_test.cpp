@@ -121,6 +121,7 @@ TEST(UdpPort, LineOfThreeOnLoopback) {
   for (std::size_t i = 0; i < 3; ++i) {
     NodeConfig config{.self = sim::numbered("robot", i), .peers = {}, .group = {}};
     config.bytes_per_second = 20'000'000;
+    config.identity = sim::identity_of(config.self);
     if (i > 0) config.peers = {robots[i - 1].port->local()};  // only one side needs to know the other
     robots[i].node = std::make_unique<Node>(config, robots[i].store);
     for (int k = 0; k < 3; ++k) {
@@ -179,6 +180,7 @@ TEST(UdpPort, RobotsFindEachOtherByMulticast) {
     if (!port.ok()) GTEST_SKIP() << "no multicast on loopback here: " << port.error().text();
     robots[i].port = std::move(*port);
     NodeConfig config{.self = sim::numbered("robot", i), .peers = {}, .group = group};
+    config.identity = sim::identity_of(config.self);
     robots[i].node = std::make_unique<Node>(config, robots[i].store);
     ASSERT_TRUE(robots[i].node->append(now(), 1, 1, {1, 2, 3}));
   }

@@ -26,6 +26,12 @@ Bytes hex(const std::string& text) {
   return out;
 }
 
+std::string repeated(const std::string& byte, int times) {
+  std::string out;
+  for (int k = 0; k < times; ++k) out += byte;
+  return out;
+}
+
 const Header kHeader{DatagramType::unicast, 0x1122334455667788u, 0x0102030405060708u, 9};
 const std::string kHeaderHex = "b1 08 0000 8877665544332211 0807060504030201 09000000 ";
 const std::string kRobotHex = "726f626f743100000000000000000000 ";  // "robot1"
@@ -104,23 +110,25 @@ TEST(Wire, GoldenWant) {
 }
 
 TEST(Wire, GoldenData) {
-  const Bytes body = {0xDE, 0xAD};
+  Bytes body = {0xDE, 0xAD};  // and its seal
+  body.resize(2 + kSealBytes, 0x11);
   Data data;
   data.id = {kLog, 5};
   data.kind = 0x0204;
   data.hops = 3;
-  data.total_bytes = 2;
+  data.total_bytes = 98;
   data.body_hash = 0x0807060504030201u;
   data.bytes = body;
   Decoder decoder;
   const Bytes encoded = written([&](Encoder& out) { ASSERT_TRUE(out.data(data)); });
-  const Frame frame =
-      golden(encoded, "06 3000 " + kLogHex + "05000000 0402 03 02000000 0102030405060708 0000 dead", decoder);
+  const Frame frame = golden(
+      encoded, "06 9000 " + kLogHex + "05000000 0402 03 62000000 0102030405060708 0000 dead" + repeated("11", 96),
+      decoder);
   const Data& back = std::get<Data>(frame);
   EXPECT_EQ(back.id, data.id);
   EXPECT_EQ(back.kind, data.kind);
   EXPECT_EQ(back.hops, 3);
-  EXPECT_EQ(back.total_bytes, 2u);
+  EXPECT_EQ(back.total_bytes, 98u);
   EXPECT_EQ(back.body_hash, data.body_hash);
   EXPECT_EQ(Bytes(back.bytes.begin(), back.bytes.end()), body);
 }
@@ -152,6 +160,36 @@ TEST(Wire, GoldenMass) {
       << "amounts of no round";
 }
 
+TEST(Wire, GoldenHead) {
+  Head head;
+  head.record = {{kLog, 5}, 0x0204, 0x00012345, {}, {}};
+  head.record.body.fill(0xB0);
+  head.record.previous.fill(0xC0);
+  head.signature.fill(0xD0);
+  head.hops = 3;
+  Decoder decoder;
+  const Frame frame = golden(written([&](Encoder& out) { ASSERT_TRUE(out.head(head)); }),
+                             "0b a400 " + kLogHex + "05000000 0402 03 45230100 " + repeated("b0", 32) +
+                                 repeated("c0", 32) + repeated("d0", 64),
+                             decoder);
+  EXPECT_EQ(type_of(frame), FrameType::head);
+  const Head& back = std::get<Head>(frame);
+  EXPECT_EQ(signed_bytes(back.record), signed_bytes(head.record));
+  EXPECT_EQ(back.hops, 3);
+  EXPECT_EQ(back.signature, head.signature);
+  head.record.bytes = kMaxRecordBytes + 1;
+  EXPECT_EQ(decoder.decode(written([&](Encoder& out) { out.head(head); })), Refusal::bad_frame);
+}
+
+TEST(Wire, GoldenFeedback) {
+  const Feedback feedback{0x01020304u, 0x11121314u, 0x21222324u, 0x31323334u};
+  Decoder decoder;
+  const Frame frame = golden(written([&](Encoder& out) { ASSERT_TRUE(out.feedback(feedback)); }),
+                             "0a 1000 04030201 14131211 24232221 34333231", decoder);
+  EXPECT_EQ(std::get<Feedback>(frame), feedback);
+  EXPECT_EQ(type_of(frame), FrameType::feedback);
+}
+
 TEST(Wire, GoldenLaterLife) {
   const LaterLife later{RobotId::from_name("robot1"), 0x0102030405060708u};
   Decoder decoder;
@@ -165,7 +203,7 @@ TEST(Wire, GoldenLaterLife) {
 
 // One in each place where a datagram names a robot.
 TEST(Wire, RobotsWithoutAValidNameVoidTheDatagram) {
-  const Bytes body = {1};
+  const Bytes body(kSealBytes, 1);
   for (const std::string& name : {std::string("../x"), std::string("a/b"), std::string(".."), std::string("\x1b[31m"),
                                   std::string("a\0b", 3), std::string("\0b", 2), std::string("r\xff"), std::string()}) {
     RobotId id;
@@ -176,7 +214,7 @@ TEST(Wire, RobotsWithoutAValidNameVoidTheDatagram) {
     const RobotStatus status{id, 1, 1, 0, 0, 0};
     Data data;
     data.id = {log, 0};
-    data.total_bytes = 1;
+    data.total_bytes = kSealBytes;
     data.bytes = body;
     Decoder decoder;
     const auto decoded = [&](auto write) { return decoder.decode(written(write)); };
@@ -255,10 +293,10 @@ TEST(Wire, RefusesEachKindOfNonsense) {
 }
 
 TEST(Wire, RefusesImpossibleFragments) {
-  const Bytes body(10, 1);
+  const Bytes body(100, 1);
   Data data;
   data.id = {kLog, 0};
-  data.total_bytes = 10;
+  data.total_bytes = 100;
   data.bytes = body;
   Decoder decoder;
   const auto decoded = [&](const Data& d) {
@@ -269,10 +307,14 @@ TEST(Wire, RefusesImpossibleFragments) {
   wrong.fragment = 1;  // behind the end
   EXPECT_EQ(decoded(wrong), Refusal::bad_frame);
   wrong = data;
-  wrong.total_bytes = 11;  // the fragment is too short
+  wrong.total_bytes = 101;  // the fragment is too short
   EXPECT_EQ(decoded(wrong), Refusal::bad_frame);
   wrong = data;
-  wrong.total_bytes = kMaxRecordBytes + 1;
+  wrong.total_bytes = kMaxPayloadBytes + 1;
+  EXPECT_EQ(decoded(wrong), Refusal::bad_frame);
+  wrong = data;
+  wrong.total_bytes = kSealBytes - 1;  // no room for its seal
+  wrong.bytes = std::span(body).first(kSealBytes - 1);
   EXPECT_EQ(decoded(wrong), Refusal::bad_frame);
   wrong = data;
   wrong.id.log.lane = kLaneCount;
@@ -292,8 +334,10 @@ Bytes encode_again(const Decoder& decoder) {
     if (std::holds_alternative<HaveRequest>(frame)) out.have_request();
     if (const auto* want = std::get_if<Want>(&frame)) out.want(want->credit_bytes, want->entries);
     if (const auto* data = std::get_if<Data>(&frame)) out.data(*data);
+    if (const auto* head = std::get_if<Head>(&frame)) out.head(*head);
     if (const auto* ping = std::get_if<Ping>(&frame)) out.ping(ping->token);
     if (const auto* pong = std::get_if<Pong>(&frame)) out.pong(pong->token);
+    if (const auto* feedback = std::get_if<Feedback>(&frame)) out.feedback(*feedback);
     if (const auto* later = std::get_if<LaterLife>(&frame)) out.later_life(*later);
     if (const auto* mass = std::get_if<Mass>(&frame)) out.mass(*mass);
   }

@@ -174,6 +174,8 @@ TEST_F(ConfigFile, TheExampleCarriesEveryValue) {
   all.listen = "[::]:4600";
   all.peers = {"10.0.0.2:1", "[fd00::2]:2"};
   all.group = "239.77.1.1:4600";
+  all.team_key_file = "/k/team.key";
+  all.key_log = "keys.log";
   all.bytes_per_second = 123456;
   all.store_budget_bytes = 3u << 20;
   all.once = true;

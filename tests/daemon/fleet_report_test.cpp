@@ -88,9 +88,9 @@ TEST(FleetProgress, ShowsTheKeyframesThatThereAre) {
   status.frames = 50;
   status.frames_expected = 100;
   status.keyframes = 4;
-  EXPECT_THAT(Progress::bar("robot1", status), HasSubstr("4 keyframes"));
+  EXPECT_THAT(Progress::line("robot1", status), HasSubstr("4 keyframes"));
   testing::internal::CaptureStderr();
-  Progress({"robot1"}, false).show({status}, Instant{});
+  Progress({"robot1"}, false, Instant{}).show({status}, Instant{});
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "robot1 tracking 50 % (4 keyframes)\n");
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "daemon/fleet/fleet.hpp"
 #include "daemon/fleet/progress.hpp"
@@ -121,14 +122,35 @@ TEST(Trajectory, PrintsTheExactTimeAndTheComposedPose) {
             "1305031102.175304 9.000000000 -2.000000000 3.000000000 0");
 }
 
-TEST(Progress, BarsShowTheShare) {
-  DaemonStatus status;
-  status.frames = 50;
-  status.frames_expected = 100;
-  const std::string bar = Progress::bar("robot1", status);
-  EXPECT_NE(bar.find("[###############---------------]  50 %"), std::string::npos) << bar;
-  status.frames_expected = 0;
-  EXPECT_NE(Progress::bar("robot1", status).find("  0 %"), std::string::npos);
+TEST(Progress, OneBarShowsTheShareOfAllAndTheTimeThatIsLeft) {
+  DaemonStatus half, none;
+  half.frames = 50;
+  half.frames_expected = none.frames_expected = 100;
+  const std::string early = Progress::bar({half, none}, std::chrono::seconds(1));
+  EXPECT_EQ(early, "team     [" + std::string(10, '#') + std::string(30, '-') + "]  25 %  ");
+  const std::string bar = Progress::bar({half, none}, std::chrono::seconds(30));
+  EXPECT_NE(bar.find("  25 %  about 1 min 30 s left"), std::string::npos) << bar;
+  half.frames = none.frames = 100;
+  EXPECT_NE(Progress::bar({half, none}, std::chrono::seconds(30)).find("] 100 %  agreeing"), std::string::npos);
+  EXPECT_NE(Progress::bar({{}}, std::chrono::seconds(30)).find("]   0 %"), std::string::npos);
+}
+
+TEST(Progress, LinesFitAHundredColumns) {
+  DaemonStatus robot;
+  robot.frames = robot.frames_expected = robot.tracked = 1000000;
+  robot.keyframes = 99999;
+  robot.state = "tracking";
+  EXPECT_LE(Progress::line("robot64", robot).size(), Progress::kColumns);
+  EXPECT_EQ(Progress::line("robot64", robot).find('\x1b'), std::string::npos);
+  EXPECT_NE(Progress::line("robot64", robot, true).find("\x1b[33mtracking\x1b[0m"), std::string::npos);
+  EXPECT_LE(Progress::bar({robot}, std::chrono::hours(100)).size(), Progress::kColumns);
+  testing::internal::CaptureStderr();
+  Progress(std::vector<std::string>(9, "robot64"), false, Instant{})
+      .show(std::vector<DaemonStatus>(9, robot), Instant{});
+  std::istringstream printed(testing::internal::GetCapturedStderr());
+  int rows = 0;
+  for (std::string row; std::getline(printed, row); ++rows) EXPECT_LE(row.size(), Progress::kColumns) << row;
+  EXPECT_EQ(rows, 5);
 }
 
 }  // namespace

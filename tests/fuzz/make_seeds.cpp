@@ -6,7 +6,9 @@
 #include <fstream>
 #include <string>
 
+#include "comms/record_head.hpp"
 #include "comms/wire.hpp"
+#include "comms/wire/payload.hpp"
 #include "daemon/saved_map.hpp"
 #include "mapping/records/finished.hpp"
 #include "mapping/records/frontier.hpp"
@@ -42,16 +44,24 @@ Bytes datagram(std::uint32_t counter, Write write_frames) {
 void wire_seeds() {
   using namespace comms::wire;
   const LogId log{RobotId::from_name("friend"), 1, 5};
-  const Bytes body{1, 2, 3, 4};
+  Record record{{log, 0}, 3, {1, 2, 3, 4}, {}, {}};
+  comms::seal(record, {}, comms::Identity(comms::SecretSeed{2}));
+  FragmentBuffer scratch;
   const std::array have{HaveEntry{log, 2}};
   const std::array want{WantEntry{{{RobotId::from_name("self"), 1, 7}, 0}, 0, 3}};
   const std::array robots{comms::RobotStatus{RobotId::from_name("third"), 9, 3, 1, 2, 1}};
   Data data;
   data.id = {log, 0};
   data.kind = 3;
-  data.total_bytes = 4;
-  data.body_hash = body_hash(3, body);
-  data.bytes = body;
+  data.total_bytes = payload_bytes(record);
+  data.body_hash = payload_hash(record);
+  data.bytes = fragment_of(record, 0, scratch);
+  Head head;
+  head.record = comms::head_of(record);
+  Mass mass;
+  mass.heard = 60'000, mass.neighbours = 2, mass.round = 1u << 24, mass.clock_ns = 1'700'000'000'000'000'000,
+  mass.has_amounts = true;
+  mass.given.fill({0.5, 0.25});
   const std::vector<std::pair<std::string, Bytes>> all{
       {"beacon", datagram(1,
                           [&](Encoder& out) {
@@ -62,6 +72,12 @@ void wire_seeds() {
       {"have_request", datagram(4, [&](Encoder& out) { out.have_request(); })},
       {"want", datagram(5, [&](Encoder& out) { out.want(5000, want); })},
       {"data", datagram(6, [&](Encoder& out) { out.data(data); })},
+      {"head", datagram(9, [&](Encoder& out) { out.head(head); })},
+      {"feedback", datagram(10,
+                            [&](Encoder& out) {
+                              out.feedback({1, 1, 5, 5});
+                            })},
+      {"mass", datagram(11, [&](Encoder& out) { out.mass(mass); })},
       {"ping", datagram(7, [&](Encoder& out) { out.ping(9), out.pong(8); })},
       {"later_life", datagram(8, [&](Encoder& out) {
          out.later_life({RobotId::from_name("self"), 70});

@@ -20,10 +20,12 @@ void look_at(Bytes bytes) {
   ONEMAP_FUZZ_EXPECT(wire::is_life(decoder.header().sender) && decoder.header().counter != 0);
   for (const wire::Frame& frame : decoder.frames()) {
     if (const auto* data = std::get_if<wire::Data>(&frame)) {
-      ONEMAP_FUZZ_EXPECT(data->total_bytes <= kMaxRecordBytes);
+      ONEMAP_FUZZ_EXPECT(data->total_bytes <= kMaxRecordBytes + kSealBytes);
       ONEMAP_FUZZ_EXPECT(data->fragment * wire::kFragmentBytes + data->bytes.size() <= data->total_bytes);
       ONEMAP_FUZZ_EXPECT(data->id.log.robot.valid() && data->id.log.lane < kLaneCount);
     }
+    if (const auto* head = std::get_if<wire::Head>(&frame))
+      ONEMAP_FUZZ_EXPECT(head->record.bytes <= kMaxRecordBytes && head->record.id.log.robot.valid());
     if (const auto* have = std::get_if<wire::Have>(&frame))
       for (const auto& entry : have->entries) ONEMAP_FUZZ_EXPECT(entry.log.robot.valid() && entry.count > 0);
     if (const auto* want = std::get_if<wire::Want>(&frame))
@@ -59,9 +61,10 @@ void node(Bytes input) {
   NodeConfig config;
   config.self = RobotId::from_name("self");
   config.incarnation = 7;
+  config.identity = Identity(SecretSeed{1});
   Node robot(std::move(config), store);
   Instant now{std::chrono::seconds(1)};
-  (void)robot.append(now, 1, 1, {1, 2, 3});
+  ONEMAP_FUZZ_EXPECT(robot.append(now, 1, 1, {1, 2, 3}).ok());
   std::size_t in = 0, out = 0, applied = 0;
   for (int count = 0; count < 64 && input.size() > 3; ++count) {
     const std::size_t size = std::min<std::size_t>(input[0], input.size() - 3);

@@ -114,6 +114,48 @@ TEST(Surface, LeavesOutLightVoxelsAndFalseSteps) {
   EXPECT_TRUE(extract_mesh(map, 2).triangles.empty());
 }
 
+double area(const TriangleMesh& mesh) {
+  double out = 0;
+  for (const auto& t : mesh.triangles) {
+    const Vector3f& a = mesh.vertices[t[0]];
+    out += 0.5 * static_cast<double>((mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a).norm());
+  }
+  return out;
+}
+
+// A plane that is seen at a slant: its distance along the optical axis, z, is `tan` times too large, so that at 70
+// degrees the band is as thick as a cell's diagonal, and at 75 thinner.
+TEST(Surface, SeenAtASlantIsNotInStripes) {
+  for (const auto& [tan, least] : {std::pair(2.747, 0.93), std::pair(3.732, 0.8)}) {
+    VoxelMap map{VoxelMapConfig{}};
+    fill(map, 3, [tan = tan](const Vector3d& p) { return p[2] - tan * p[0]; });
+    const double side = 2 * 3 * 8 * 0.02;  // of the box; the plane leaves it through its top and bottom
+    const double whole = side * side / tan * std::sqrt(1 + tan * tan);
+    const TriangleMesh mesh = extract_mesh(map);
+    EXPECT_GT(area(mesh), least * whole) << tan;
+    EXPECT_LT(area(mesh), whole) << tan;
+    for (const Vector3f& p : mesh.vertices)
+      ASSERT_LT(std::abs(static_cast<double>(p[2]) - tan * static_cast<double>(p[0])), 0.004 * tan) << tan;
+  }
+}
+
+// A voxel that nobody saw is guessed from its neighbours, also where it is in a margin of several blocks.
+TEST(Surface, ClosesOverOneUnseenVoxel) {
+  const Vector3d normal = Vector3d(1, 2, -1.5).normalized();
+  const auto plane = [&](const Vector3d& p) { return p.dot(normal); };
+  VoxelMap whole{VoxelMapConfig{}};
+  fill(whole, 1, plane);
+  const std::size_t triangles = extract_mesh(whole).triangles.size();
+  for (const int hole : {0, 7, 7 + 8 * 7, 7 + 8 * 7 + 64 * 7}) {
+    VoxelMap map{VoxelMapConfig{}};
+    fill(map, 1, plane);
+    map.find_or_add({-1, -1, -1})[hole] = {};
+    const TriangleMesh mesh = extract_mesh(map);
+    EXPECT_EQ(mesh.triangles.size(), triangles) << hole;
+    for (const Vector3f& p : mesh.vertices) ASSERT_NEAR(plane(p.cast<double>()), 0, 1e-3) << hole;
+  }
+}
+
 // A room with a sphere seen by a moving camera: the surface found lies on the true one, once, with its colour and
 // normal.
 TEST(Surface, OfARenderedRoomLiesOnTheTruth) {

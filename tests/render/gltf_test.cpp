@@ -11,6 +11,7 @@
 #include "hal/base/file.hpp"
 #include "render/gltf_writer.hpp"
 #include "room_scene.hpp"
+#include "simulated_room.hpp"
 #include "temp_folder.hpp"
 
 namespace onemap::render {
@@ -146,6 +147,30 @@ TEST(Gltf, broken_files_give_errors_and_valid_meshes_only) {
   }
 }
 
+// Where node finds packages: the folder named by the variable, else the global ones.
+std::string packages_in(const char* variable) {
+  const char* place = std::getenv(variable);  // NOLINT(concurrency-mt-unsafe): tests have one thread
+  return place != nullptr ? std::string(place) : std::string("\"$(npm root -g 2>/dev/null)/..\"");
+}
+
+std::string node_in(const std::string& folder) {
+  return "cd " + folder + " 2>/dev/null && command -v node >/dev/null || exit 77; node " + ONEMAP_SOURCE_DIR;
+}
+
+struct Answer {
+  int status = 0;
+  std::string output;
+};
+Answer answer_of(const std::string& command) {
+  FILE* pipe = popen(command.c_str(), "r");
+  if (pipe == nullptr) return {1, "no pipe"};
+  Answer out;
+  std::array<char, 4096> part{};
+  while (fgets(part.data(), part.size(), pipe) != nullptr) out.output += part.data();
+  out.status = WEXITSTATUS(pclose(pipe));
+  return out;
+}
+
 // Khronos' validator, when somebody installed it: in the folder named by ONEMAP_GLTF_VALIDATOR or globally.
 TEST(Gltf, the_khronos_validator_accepts_every_kind_of_scene) {
   const test::TempFolder folder;
@@ -155,20 +180,29 @@ TEST(Gltf, the_khronos_validator_accepts_every_kind_of_scene) {
   ASSERT_TRUE(write_glb(folder / "cloud.glb", cloud_scene()).ok());
   ASSERT_TRUE(write_glb(folder / "paths.glb", paths_only).ok());
   ASSERT_TRUE(write_glb(folder / "empty.glb", untouched).ok());
-  const char* place = std::getenv("ONEMAP_GLTF_VALIDATOR");  // NOLINT(concurrency-mt-unsafe): tests have one thread
-  const std::string enter = place != nullptr ? std::string(place) : std::string("\"$(npm root -g 2>/dev/null)/..\"");
-  const std::string command = "cd " + enter + " 2>/dev/null && command -v node >/dev/null || exit 77; node " +
-                              std::string(ONEMAP_SOURCE_DIR) + "/tests/render/validate_gltf.mjs " + (folder / "*.glb") +
-                              " 2>&1";
-  FILE* pipe = popen(command.c_str(), "r");
-  ASSERT_NE(pipe, nullptr);
-  std::string output;
-  std::array<char, 4096> part{};
-  while (fgets(part.data(), part.size(), pipe) != nullptr) output += part.data();
-  const int status = WEXITSTATUS(pclose(pipe));
+  const std::string enter = packages_in("ONEMAP_GLTF_VALIDATOR");
+  const std::string command = node_in(enter) + "/tests/render/validate_gltf.mjs " + (folder / "*.glb") + " 2>&1";
+  const auto [status, output] = answer_of(command);
   if (status == 77) GTEST_SKIP() << "Khronos' glTF validator is not installed (npm install -g gltf-validator)";
   EXPECT_EQ(status, 0) << output;
   EXPECT_NE(output.find("room.glb: 0 errors, 0 warnings"), std::string::npos) << output;
+}
+
+// A simulated room in three.js in headless Chromium, where both are installed: three in the folder named by
+// ONEMAP_THREE or globally.
+TEST(Gltf, three_js_shows_a_room_upright_and_within_the_frame) {
+  const test::TempFolder folder;
+  const Scene room = test::simulated_room("simulated:office?frames=60&width=320&height=240").scene;
+  ASSERT_TRUE(write_glb(folder / "room.glb", room).ok());
+  const auto [status, output] = answer_of(node_in(packages_in("ONEMAP_THREE")) + "/tests/render/view_gltf.mjs " +
+                                          (folder / "room.glb") + " 2>&1");
+  if (status == 77) GTEST_SKIP() << "three.js or Chromium is not installed (npm install -g three, apt: chromium)";
+  ASSERT_EQ(status, 0) << output;
+  const auto says = nlohmann::json::parse(output);
+  EXPECT_LT(says["tilt_deg"].get<double>(), 3) << output;
+  EXPECT_EQ(says["at_rim"].get<int>(), 0) << output;
+  EXPECT_GT(says["shown"].get<double>(), 0.05) << output;
+  EXPECT_GE(says["triangles"].get<std::size_t>(), room.mesh.triangles.size()) << output;  // and the cameras'
 }
 
 }  // namespace

@@ -16,10 +16,10 @@ RobotId numbered(std::string name, std::size_t i) {
 
 void Robot::start(std::uint64_t seed) {
   end();
+  if (!config.identity) config.identity = identity_of(config.self);
   node = std::make_unique<Node>(config, *store);
   if (!config.sealed) return;
-  const SecretSeed identity{config.self.bytes[0], config.self.bytes[5], config.self.bytes[6], 1};
-  GuardConfig g{config.self, config.incarnation, config.group, team, Identity(identity), {}, {}, 64};
+  GuardConfig g{config.self, config.incarnation, config.group, team, *config.identity, {}, {}, 64};
   g.random = [random = Random(seed)](std::span<std::uint8_t> bytes) mutable {
     for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random.next() >> 56);
   };

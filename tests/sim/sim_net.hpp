@@ -17,6 +17,7 @@
 #include "sim/link.hpp"
 #include "sim/medium.hpp"
 #include "sim/topology.hpp"
+#include "support/signed_logs.hpp"
 
 namespace onemap::comms::sim {
 

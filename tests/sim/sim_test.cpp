@@ -114,6 +114,12 @@ TEST(Simulation, IsAFunctionOfItsSeed) {
   EXPECT_NE(run(scenario_of(3)).digest, run(scenario_of(4)).digest);
 }
 
+NodeConfig life(std::uint64_t incarnation) {
+  NodeConfig out;
+  out.incarnation = incarnation;
+  return out;
+}
+
 // A store that loses what it promised to keep: the simulator must see it, or its other answers are worth nothing.
 class Forgetful final : public Disk {
  public:
@@ -122,16 +128,10 @@ class Forgetful final : public Disk {
   void wipe() override {}
 };
 
-NodeConfig in_life(std::uint64_t incarnation) {
-  NodeConfig config;
-  config.incarnation = incarnation;
-  return config;
-}
-
 TEST(Watch, SeesARecordThatWasPromisedAndIsGone) {
   SimNet net(1, {});
   Watch watch(net);
-  net.add(in_life(5), std::make_unique<Forgetful>());
+  net.add(life(5), std::make_unique<Forgetful>());
   net.append(0, 1, 20);
   net.switch_off(0);
   net.switch_on(0, 6);
@@ -142,7 +142,7 @@ TEST(Watch, SeesARecordThatWasPromisedAndIsGone) {
 TEST(Watch, SeesASequenceNumberThatIsUsedTwice) {
   SimNet net(1, {});
   Watch watch(net);
-  net.add(in_life(5), std::make_unique<Forgetful>());
+  net.add(life(5), std::make_unique<Forgetful>());
   net.append(0, 1, 20);
   net.switch_off(0);
   net.switch_on(0, 5);
@@ -153,7 +153,7 @@ TEST(Watch, SeesASequenceNumberThatIsUsedTwice) {
 TEST(Watch, SeesAnswersToAddressesThatProvedNothing) {
   SimNet net(1, {});
   Watch watch(net);
-  net.add(in_life(5));
+  net.add(life(5));
   OutgoingDatagram datagram;
   datagram.to = Endpoint::ipv4(10, 9, 9, 9, 1);
   std::array<std::uint8_t, kMaxDatagramBytes> buffer{};

@@ -39,6 +39,7 @@ struct Alone {
   static NodeConfig named(NodeConfig config) {
     config.self = RobotId::from_name("self");
     config.incarnation = kLife;
+    config.identity = identity_of(config.self);
     return config;
   }
   void hear(const std::vector<std::uint8_t>& bytes, const Endpoint& from = kStranger) {
@@ -64,6 +65,15 @@ struct Alone {
         if (one.to == to) all.push_back(one);
     }
     return all;
+  }
+  // A DATA frame with a whole record, signed by its log's robot.
+  void hear_record(std::uint64_t incarnation, std::uint32_t counter, const Record& record,
+                   const Endpoint& from = kStranger, std::uint64_t hash_error = 0) {
+    wire::FragmentBuffer scratch;
+    wire::Data data = fragment(record, 0, scratch);
+    data.body_hash ^= hash_error;
+    hear_frames(
+        incarnation, counter, [&](auto& out) { out.data(data); }, from);
   }
   void befriend(const std::string& robot = "friend", std::uint64_t incarnation = 5, const Endpoint& from = kStranger) {
     hear(greeting(robot, incarnation, kLife, 1), from);

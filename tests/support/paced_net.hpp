@@ -14,6 +14,7 @@
 #include "comms/memory_store.hpp"
 #include "comms/node.hpp"
 #include "support/link_model.hpp"
+#include "support/signed_logs.hpp"
 
 namespace onemap::comms::paced {
 
@@ -35,6 +36,7 @@ class PacedNet {
   std::size_t add(NodeConfig config) {
     const std::size_t i = robots_.size();
     config.self = RobotId::from_name("robot" + std::to_string(i));
+    config.identity = sim::identity_of(config.self);
     Robot robot;
     robot.store = std::make_unique<MemoryStore>(256u << 20);
     robot.node = std::make_unique<Node>(config, *robot.store);

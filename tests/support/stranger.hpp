@@ -15,6 +15,7 @@
 #include "comms/wire.hpp"
 #include "daemon/clock.hpp"
 #include "support/patience.hpp"
+#include "support/signed_logs.hpp"
 
 namespace onemap::test {
 
@@ -26,11 +27,6 @@ inline RobotId raw_id(const std::string& bytes) {  // any bytes, valid or not
 
 class Stranger {
  public:
-  struct Body {
-    std::uint16_t kind = 0;
-    std::vector<std::uint8_t> bytes;
-  };
-
   Stranger(const std::string& id, std::uint16_t victim_port, std::uint64_t incarnation = 1'800'000'000'000'000'000u)
       : id_(raw_id(id)), incarnation_(incarnation), victim_(comms::Endpoint::ipv4(127, 0, 0, 1, victim_port)) {
     auto port = comms::UdpPort::open({comms::Endpoint::ipv4(127, 0, 0, 1, 0), {}});
@@ -41,7 +37,8 @@ class Stranger {
   // A record in anybody's name.
   void write(const RobotId& robot, std::uint64_t incarnation, std::uint8_t lane, std::uint16_t kind,
              std::vector<std::uint8_t> body) {
-    logs_[{robot, lane, incarnation}].push_back({kind, std::move(body)});
+    const LogId log{robot, lane, incarnation};
+    logs_[log].push_back(signed_.next(log, kind, std::move(body)));
   }
   void write(std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body) {
     write(id_, incarnation_, lane, kind, std::move(body));
@@ -106,18 +103,11 @@ class Stranger {
   void serve(const comms::wire::WantEntry& entry) {
     const auto log = logs_.find(entry.id.log);
     if (log == logs_.end() || entry.id.seq >= log->second.size()) return;
-    const Body& body = log->second[entry.id.seq];
-    const auto size = static_cast<std::uint32_t>(body.bytes.size());
-    const std::uint32_t fragments = comms::wire::fragments_of(size);
+    const Record& record = log->second[entry.id.seq];
+    const std::uint32_t fragments = comms::wire::fragments_of(comms::wire::payload_bytes(record));
     for (std::uint32_t f = entry.first; f < std::min<std::uint32_t>(fragments, entry.first + entry.count); ++f) {
-      const std::size_t at = f * comms::wire::kFragmentBytes;
-      comms::wire::Data data;
-      data.id = entry.id;
-      data.kind = body.kind;
-      data.total_bytes = size;
-      data.body_hash = comms::wire::body_hash(body.kind, body.bytes);
-      data.fragment = static_cast<std::uint16_t>(f);
-      data.bytes = std::span(body.bytes).subspan(at, std::min(comms::wire::kFragmentBytes, body.bytes.size() - at));
+      comms::wire::FragmentBuffer scratch;
+      const comms::wire::Data data = comms::sim::fragment(record, f, scratch);
       say([&](auto& out) { out.data(data); });
       ++served_;
     }
@@ -127,7 +117,8 @@ class Stranger {
   const std::uint64_t incarnation_;
   const comms::Endpoint victim_;
   std::unique_ptr<comms::UdpPort> port_;
-  std::map<LogId, std::vector<Body>> logs_;
+  comms::sim::SignedLogs signed_;
+  std::map<LogId, std::vector<Record>> logs_;
   comms::wire::Decoder decoder_;
   std::uint64_t victim_incarnation_ = 0;
   std::uint32_t counter_ = 0, status_ = 0;

@@ -5,6 +5,7 @@
 
 #include "support/other_program.hpp"
 #include "support/running.hpp"
+#include "support/team_key.hpp"
 
 namespace onemap {
 namespace {
@@ -208,7 +209,9 @@ TEST(Disk, AStateThatCannotBeReadIsSetAside) {
 TEST(Network, NoneAtAllIsWaitedForAndTheRobotMaps) {
   if (const auto missing = Walled::missing("-n"); !missing.empty()) GTEST_SKIP() << missing;
   const TempFolder folder;
-  folder.write("robot.toml", "[network]\nlisten = \"0.0.0.0:4600\"\npeers = [\"10.7.0.2:4600\"]\n");
+  folder.write("robot.toml",
+               "[network]\nlisten = \"0.0.0.0:4600\"\npeers = [\"10.7.0.2:4600\"]\n[team]\nkey_file = \"" +
+                   test::team_key(folder) + "\"\n");
   Walled robot(folder, "-n", "", kLongWalk, "--config " + (folder / "robot.toml"));
   ASSERT_TRUE(test::wait_until([&] { return robot.frames() > 20; }, 60s)) << robot.log();
   EXPECT_TRUE(robot.says("nothing can be sent: is there a network")) << robot.log();
@@ -224,7 +227,8 @@ TEST(Network, AnAddressThatChangesIsFollowed) {
   const TempFolder a_folder, b_folder;
   const auto settings = [](const TempFolder& folder, const std::string& peer) {
     folder.write("robot.toml", "[network]\nlisten = \"0.0.0.0:4600\"\npeers = [\"" + peer +
-                                   ":4600\"]\n[run]\nmerge_while_mapping_s = 1\n");
+                                   ":4600\"]\n[run]\nmerge_while_mapping_s = 1\n[team]\nkey_file = \"" +
+                                   test::team_key(folder) + "\"\n");
     return "--config " + folder / "robot.toml";
   };
   const std::string wait = "until ip -4 -o addr show dev eth0 2>/dev/null | grep -q inet; do sleep 0.1; done";

@@ -16,14 +16,15 @@ enum class FrameType : std::uint8_t {
   ping = 7,
   pong = 8,
   feedback = 10,
+  head = 11,
   later_life = 128,  // who does not know this type, or a greater one, skips it
   mass = 129
 };
-inline constexpr std::size_t kFrameTypeCount = 18;  // 0 and those between are not used
+// Types up to 14, then those from 128 on; index 0 is not used.
+inline constexpr std::size_t kFrameTypeCount = 17;
 constexpr std::size_t index_of(FrameType type) {
-  constexpr auto kFirstSkippable = static_cast<std::size_t>(FrameType::later_life);
   const auto number = static_cast<std::size_t>(type);
-  return number < kFirstSkippable ? number : 16 + number - kFirstSkippable;
+  return number < 128 ? number : number - 128 + 15;
 }
 
 // Why a datagram, a frame or a part of one was refused. The first group throws away the whole datagram, unread.
@@ -78,8 +79,12 @@ enum class Refusal : std::uint8_t {
   data_unasked,        // a fragment of a record that we did not ask for (or no longer need)
   data_conflict,       // fragments of one record disagree about kind, size or hash
   data_bad_hash,       // a record was complete and its hash was wrong; thrown away and asked for again
+  bad_signature,       // a complete record is not signed by who is said to have written it
+  second_key,          // a log names another key than the one that counts for its robot
+  forked,              // its author signed two different records of one place: the log is not taken further
   reassembly_full,     // no room in the reassembly budget
   store_refused,       // the store had no room for a complete record
+  unreadable,          // a record that the store holds cannot be read back
   append_refused,      // an own record was too large or the store had no room
   count
 };

@@ -20,8 +20,9 @@ class LogStore {
   virtual std::shared_ptr<const Record> find(const RecordId& id) const = 0;  // nullptr: not here
   // Every record that is held, log by log in the order of LogId, each log in the order of its sequence.
   virtual void scan(const std::function<void(const std::shared_ptr<const Record>&)>& visit) const = 0;
-  // Gives up the body of a record that nobody needs any more, and the room that it took. Its place in the log stays
-  // taken, and the frontier as it is: it is not fetched again. False: it is not here.
+  // Gives up the body of a record that nobody needs any more, and the room that it took. Its head stays
+  // (Record::dropped says what the body was), and the frontier as it is: it is not fetched again. False: it is not
+  // here, or gone already.
   virtual bool forget(const RecordId& id) = 0;
   virtual const VersionVector& frontier() const = 0;
   virtual std::size_t bytes() const = 0;

@@ -14,9 +14,9 @@ namespace onemap::comms {
 // poses), so a flood of voxels never keeps a pose out.
 class MemoryStore final : public LogStore {
  public:
-  static constexpr std::size_t kRecordBytes = 160;  // charged for each record beside its body
+  static constexpr std::size_t kRecordBytes = 320;  // charged for each record beside its body
   // And for each log: its places here, and what a Node with some neighbours remembers about it.
-  static constexpr std::size_t kLogBytes = 1024;
+  static constexpr std::size_t kLogBytes = 1152;
   explicit MemoryStore(std::size_t budget_bytes);
 
   Status append(Record record) override;

@@ -15,6 +15,7 @@
 #include "comms/datagram_port.hpp"
 #include "comms/endpoint.hpp"
 #include "comms/frontier.hpp"
+#include "comms/identity.hpp"
 #include "comms/log_store.hpp"
 #include "comms/status.hpp"
 #include "hal/base/ids.hpp"
@@ -28,6 +29,7 @@ struct NodeConfig {
   // One life of this robot, from 1 to 2^63 - 1; a later start must use a greater one, so it comes from a counter that
   // is kept. outlived() tells when neighbours know a later one.
   std::uint64_t incarnation = 1;
+  std::optional<Identity> identity{};           // what own records are signed with; without one nothing can be appended
   std::vector<Endpoint> peers;                  // greeted from the start; others are accepted when they greet us
   std::optional<Endpoint> group;                // multicast group for beacons
   std::uint64_t bytes_per_second = 16'000'000;  // of record bodies at most, over all neighbours
@@ -39,7 +41,7 @@ struct NodeConfig {
   Duration neighbour_timeout = std::chrono::seconds(20);
   // Asked for and not yet arrived, from one neighbour: so much at first, and more on a way that is fast and long.
   std::size_t credit_bytes = 256u << 10, most_credit_bytes = 2u << 20;
-  std::size_t reassembly_bytes = 16u << 20;  // incomplete or out of order records
+  std::size_t reassembly_bytes = 4u << 20;  // incomplete or out of order records
   // Configured peers always have their place; of the other neighbours of one address there may be a quarter of
   // max_neighbours.
   std::size_t max_neighbours = 32;
@@ -81,6 +83,14 @@ struct IdConflict {
   Endpoint where;
   std::uint64_t incarnation = 0;
   Instant when{};
+};
+
+// Somebody served what is not its author's: a lie, or an author that signs two histories (forked).
+struct Complaint {
+  Refusal reason = Refusal::count;  // bad_signature, second_key or forked
+  RecordId record;
+  RobotId from;  // the neighbour that served it
+  Endpoint endpoint;
 };
 
 // One robot's side of the protocol (comms/PROTOCOL.md), as a pure function of bytes and `now`: no clock, socket or
@@ -133,6 +143,12 @@ class Node {
   bool next_outgoing(OutgoingDatagram& datagram);            // false: nothing to send at the last `now`
   bool next_applied(std::shared_ptr<const Record>& record);  // each stored record once, own and others', in log order
 
+  // About records that were refused; the latest 64.
+  std::optional<Complaint> next_complaint();
+  // Somebody vouches that this is the key of this robot, as a session with it does. False: another one counts here.
+  bool pin(const RobotId& robot, const PublicKey& key);
+  std::optional<PublicKey> key_of(const RobotId& robot) const;  // that its records are signed with
+
   const VersionVector& frontier() const;
   std::uint64_t frontier_digest() const;  // digest(frontier())
   std::vector<NeighbourStatus> neighbours() const;
@@ -151,6 +167,8 @@ class Node {
   // believed. Never 2^63 or more.
   std::optional<std::uint64_t> outlived() const;
 
+  // How many records of this log a neighbour says that it holds, without a gap.
+  std::uint32_t held_by(const RobotId& neighbour, const LogId& log) const;
   // All living neighbours have confirmed to hold all own records of lanes 0 to up_to_lane.
   bool delivered(std::uint8_t up_to_lane) const;
   std::size_t records_missing() const;   // that living neighbours say they hold and this robot does not, yet

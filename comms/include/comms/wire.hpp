@@ -31,6 +31,7 @@ class Decoder {
   bool decode_want(std::span<const std::uint8_t> body);
   bool decode_data(std::span<const std::uint8_t> body);
   bool decode_mass(std::span<const std::uint8_t> body);
+  bool decode_head(std::span<const std::uint8_t> body);
   bool valid(const RobotId& robot);
   bool valid(const LogId& log);
   Header header_;
@@ -57,6 +58,7 @@ class Encoder {
   bool have_request();
   std::size_t want(std::uint32_t credit_bytes, std::span<const WantEntry> entries);
   bool data(const Data& data);
+  bool head(const Head& head);
   bool ping(std::uint32_t token);
   bool pong(std::uint32_t token);
   bool feedback(const Feedback& feedback);
@@ -70,6 +72,10 @@ class Encoder {
   void put(T value) {
     put_little_endian(&buffer_[size_], value);
     size_ += sizeof(T);
+  }
+  template <std::size_t N>
+  void put(const std::array<std::uint8_t, N>& bytes) {
+    for (auto byte : bytes) put(byte);
   }
   void put(const RobotId& robot);
   void put(const LogId& log);

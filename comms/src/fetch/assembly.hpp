@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "comms/wire/frames.hpp"
@@ -34,7 +35,8 @@ class Assembly {
   std::uint16_t kind() const { return kind_; }
   std::uint8_t hops() const { return hops_; }  // links that it came over: the most of any fragment
   std::uint32_t total_bytes() const { return total_bytes_; }
-  const std::vector<std::uint8_t>& body() const { return body_; }
+  const std::vector<std::uint8_t>& body() const { return body_; }  // the payload
+  std::vector<std::uint8_t> take_body() { return std::exchange(body_, {}); }
 
   static constexpr std::uint32_t kMissing = 0, kHere = 0xFFFFFFFF;  // no serials
 

@@ -17,10 +17,11 @@ constexpr Duration kServerQueue = milliseconds(60);
 constexpr auto kWantDelay = milliseconds(2);  // bulk asks wait so long for company
 }  // namespace
 
-Fetcher::Fetcher(Limits limits, LogStore& store, Counters& counters, Judge judge)
-    : limits_(limits), store_(store), counters_(counters), judge_(std::move(judge)) {
+Fetcher::Fetcher(Limits limits, LogStore& store, Notary& notary, Counters& counters, Judge judge)
+    : limits_(limits), store_(store), notary_(notary), counters_(counters), judge_(std::move(judge)) {
   // Room for the largest record, or it would never arrive.
-  limits_.reassembly_bytes = std::max(limits_.reassembly_bytes, kMaxRecordBytes + 2 * kMaxGuess * kFragmentBytes);
+  limits_.reassembly_bytes =
+      std::max(limits_.reassembly_bytes, wire::kMaxPayloadBytes + 2 * kMaxGuess * kFragmentBytes);
 }
 
 // Twice what comes in a round trip and while as much waits at the server as keeps it busy when some asks are lost; and

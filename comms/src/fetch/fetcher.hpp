@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "comms/wire/frames.hpp"
 #include "fetch/assembly.hpp"
 #include "hal/base/time.hpp"
+#include "notary.hpp"
 #include "peer/peer.hpp"
 
 namespace onemap::comms {
@@ -27,10 +29,11 @@ class Fetcher {
   };
   // Says at any time whether records of a log may come in (Refusal::count), or why not.
   using Judge = std::function<Refusal(const LogId&)>;
-  Fetcher(Limits limits, LogStore& store, Counters& counters, Judge judge);
+  Fetcher(Limits limits, LogStore& store, Notary& notary, Counters& counters, Judge judge);
 
   void offered(const LogId& log);  // a live neighbour holds more of this log than we do
   void on_data(Instant now, Peer& from, const wire::Data& data);
+  void on_head(Instant now, Peer& from, const wire::Head& head);
   void on_timer(Instant now, Peers& peers);  // gives up what is lost or silent
   void plan(Instant now, Peers& peers);      // asks for what is missing, as far as credit and memory go
   void drop(Peer& peer);                     // it is gone: ask others
@@ -43,6 +46,12 @@ class Fetcher {
   };
   std::vector<Stored> take_stored() { return std::exchange(stored_, {}); }
   std::size_t credit_to_announce(const Peer& peer) const { return window(peer, 0); }
+  struct Spoilt {  // a record that is not its author's next one
+    RecordId id;
+    Refusal reason;
+    Endpoint from;  // whose last part it was
+  };
+  std::vector<Spoilt> take_spoilt() { return std::exchange(spoilt_, {}); }
   // Logs of which living neighbours hold more than is here, and how much more.
   std::vector<std::pair<LogId, std::uint32_t>> missing(const Peers& peers) const;
   std::string store_full() const;  // the store's words, while complete records wait for room in it
@@ -50,8 +59,12 @@ class Fetcher {
  private:
   struct Fetch {
     Assembly assembly;
-    Peer* target = nullptr;  // who is asked
-    bool complete = false;   // and its hash is right; it waits for its turn, or for room in the store
+    std::optional<Record> whole;             // complete, and its payload is what its hash says
+    std::optional<Notary::Verdict> verdict;  // when its predecessor was here
+    Endpoint from;                           // who completed it
+    std::uint8_t hops = 0;
+    Peer* target = nullptr;                              // who is asked
+    bool complete() const { return whole.has_value(); }  // it waits for its turn, or for room in the store
     std::size_t reserved_bytes = 0;
     unsigned bad_bodies = 0;  // complete, with a wrong hash
     Instant not_before{};     // then it is asked for again
@@ -78,6 +91,9 @@ class Fetcher {
   bool make_room(const RecordId& id, std::size_t bytes);
   void remember_size(const RecordId& id, std::uint32_t bytes);
   void settle(Instant now, Peer& from, const RecordId& id, Fetch& fetch);
+  void completed(Instant now, const Peer& from, std::uint8_t hops, Fetch& fetch, Record record);
+  void distrust(Instant now, Fetch& fetch);
+  bool is_authors_next(Instant now, const RecordId& id, Fetch& fetch);
   void store_in_order(Instant now, const LogId& log);
   bool refused(const LogId& log);
   // fetcher_losses.cpp
@@ -89,6 +105,7 @@ class Fetcher {
 
   Limits limits_;
   LogStore& store_;
+  Notary& notary_;
   Counters& counters_;
   Judge judge_;
   Fetches fetches_;
@@ -103,6 +120,7 @@ class Fetcher {
   Instant wake_ = Instant::max();            // a fetch is asked for again then
   std::map<RecordId, std::uint32_t> sizes_;  // of records whose fetch was closed for want of room
   std::vector<Stored> stored_;
+  std::vector<Spoilt> spoilt_;
   std::size_t used_bytes_ = 0;
   std::size_t no_room_for_ = 0;  // looked for in vain since the last plan: so many bytes, and more
   std::uint32_t next_serial_ = 1;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "comms/wire/payload.hpp"
 #include "fetch/fetcher.hpp"
 
 namespace onemap::comms {
@@ -18,7 +19,7 @@ void Fetcher::on_data(Instant now, Peer& from, const wire::Data& data) {
   no_room_for_ = std::numeric_limits<std::size_t>::max();
   const auto at = fetches_.find(data.id);
   if (at == fetches_.end() && takes_unasked(from, data)) return accept_pushed(now, from, data);
-  if (at == fetches_.end() || at->second.complete) {
+  if (at == fetches_.end() || at->second.complete()) {
     if (!repeats_push(data)) counters_.refuse(Refusal::data_unasked);
     counters_.duplicate_body_bytes += data.bytes.size();
     return;
@@ -132,35 +133,92 @@ void Fetcher::remember_size(const RecordId& id, std::uint32_t bytes) {
 }
 
 void Fetcher::settle(Instant now, Peer& from, const RecordId& id, Fetch& fetch) {
-  if (fetch.assembly.hash_is_right()) {
-    fetch.complete = true;
-    return store_in_order(now, id.log);
+  if (!fetch.assembly.hash_is_right()) {
+    counters_.refuse(Refusal::data_bad_hash);
+    restart(id, fetch);
+    from.asks.avoid(now);
+    return distrust(now, fetch);
   }
-  counters_.refuse(Refusal::data_bad_hash);
-  restart(id, fetch);
+  Record record;
+  record.id = id;
+  record.kind = fetch.assembly.kind();
+  wire::take_apart(fetch.assembly.take_body(), record);
+  completed(now, from, fetch.assembly.hops(), fetch, std::move(record));
+}
+
+// Its body was dropped where it came from: that is all that there is of it.
+void Fetcher::on_head(Instant now, Peer& from, const wire::Head& head) {
+  const auto at = fetches_.find(head.record.id);
+  if (at == fetches_.end() || at->second.complete()) return counters_.refuse(Refusal::data_unasked);
+  Fetch& fetch = at->second;
+  release(at->first, fetch);
+  fetch.assembly = Assembly();
+  note_need(at->first, fetch);
+  used_bytes_ -= std::exchange(fetch.reserved_bytes, 0);
+  from.asks.progressed(now, at->first.log.lane);
+  Record record;
+  record.id = at->first;
+  record.kind = head.record.kind;
+  record.seal = {head.record.previous, head.signature};
+  record.dropped = DroppedBody{head.record.bytes, head.record.body};
+  completed(now, from, static_cast<std::uint8_t>(std::min(head.hops + 1, 255)), fetch, std::move(record));
+}
+
+void Fetcher::completed(Instant now, const Peer& from, std::uint8_t hops, Fetch& fetch, Record record) {
+  const LogId log = record.id.log;
+  fetch.whole = std::move(record);
+  fetch.verdict.reset();
+  fetch.from = from.endpoint;
+  fetch.hops = hops;
+  store_in_order(now, log);
+}
+
+// Bad luck once; what is spoilt again and again is not worth the bandwidth.
+void Fetcher::distrust(Instant now, Fetch& fetch) {
   fetch.target = nullptr;
-  from.asks.avoid(now);
-  // Bad luck once; who spoils it again and again is not worth the bandwidth.
   if (++fetch.bad_bodies == 1) return;
   fetch.not_before = now + kSpoiltRetry * (1u << std::min(fetch.bad_bodies - 2, kMostDoublings));
   wake_ = std::min(wake_, fetch.not_before);
 }
 
+// Looked at once, when its predecessor is here. What is not its author's is asked for again, elsewhere if possible; a
+// log whose author contradicts itself ends here.
+bool Fetcher::is_authors_next(Instant now, const RecordId& id, Fetch& fetch) {
+  if (!fetch.verdict) fetch.verdict = notary_.look_at(*fetch.whole);
+  const Refusal reason = fetch.verdict->reason;
+  if (reason == Refusal::count) return true;
+  counters_.refuse(reason);
+  spoilt_.push_back({id, reason, fetch.from});
+  if (reason == Refusal::forked) {
+    const LogId log = id.log;
+    notary_.bar(log);
+    abandon([&](const LogId& other) { return other == log; });
+    return false;
+  }
+  fetch.whole.reset();
+  release(id, fetch);
+  fetch.assembly = Assembly(1);
+  note_need(id, fetch);
+  distrust(now, fetch);
+  return false;
+}
+
 void Fetcher::store_in_order(Instant now, const LogId& log) {
   blocked_.erase(log);
-  for (auto at = fetches_.find({log, held(log)}); at != fetches_.end() && at->second.complete;
+  for (auto at = fetches_.find({log, held(log)}); at != fetches_.end() && at->second.complete();
        at = fetches_.find({log, held(log)})) {
     if (refused(log)) return;
-    const RecordId id = at->first;
-    const Fetch& fetch = at->second;
-    // The body is copied only because the store may refuse it: then it must survive for the next try.
-    if (auto kept = store_.append({id, fetch.assembly.kind(), fetch.assembly.body()}); !kept) {
+    Fetch& fetch = at->second;
+    if (!is_authors_next(now, at->first, fetch)) return;
+    // The record is copied only because the store may refuse it: then it must survive for the next try.
+    if (auto kept = store_.append(*fetch.whole); !kept) {
       counters_.refuse(Refusal::store_refused);
       blocked_[log] = {now + kStoreRetry, kept.error().text()};
       return;
     }
+    notary_.took(*fetch.whole, fetch.verdict->hash);
     ++counters_.records_received;
-    stored_.push_back({id, fetch.assembly.hops()});
+    stored_.push_back({at->first, fetch.hops});
     used_bytes_ -= fetch.reserved_bytes;
     fetches_.erase(at);
   }

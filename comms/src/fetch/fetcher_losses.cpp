@@ -47,7 +47,7 @@ void Fetcher::lose(const std::vector<AskLedger::Fragment>& fragments) {
 void Fetcher::retarget(Instant now, Peer& silent, Peers& peers) {
   silent.asks.avoid(now);
   for (auto& [id, fetch] : fetches_) {
-    if (fetch.target != &silent || fetch.complete) continue;
+    if (fetch.target != &silent || fetch.complete()) continue;
     Peer* other = choose(now, id, peers, &silent);
     if (other == nullptr) continue;
     release(id, fetch);

@@ -16,12 +16,12 @@ unsigned PushQueue::copies(double loss) {
   return n;
 }
 
-bool PushQueue::push(std::shared_ptr<const Record> record, std::uint64_t hash, Instant now, double loss) {
+bool PushQueue::push(std::shared_ptr<const Whole> record, Instant now, double loss) {
   if (waiting_.size() >= kMost) return false;
   // Before the copies of earlier ones, which are due later.
   auto at = waiting_.begin();
   while (at != waiting_.end() && at->at <= now) ++at;
-  waiting_.insert(at, {now, std::move(record), hash, copies(loss)});
+  waiting_.insert(at, {now, std::move(record), copies(loss)});
   return true;
 }
 
@@ -34,9 +34,9 @@ wire::Data PushQueue::front() const {
   wire::Data data;
   data.id = push.record->id;
   data.kind = push.record->kind;
-  data.total_bytes = static_cast<std::uint32_t>(push.record->body.size());
-  data.body_hash = push.hash;
-  data.bytes = push.record->body;
+  data.total_bytes = static_cast<std::uint32_t>(push.record->payload.size());
+  data.body_hash = push.record->hash;
+  data.bytes = push.record->payload;
   return data;
 }
 

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <vector>
 
 #include "comms/wire/frames.hpp"
 #include "hal/base/record.hpp"
@@ -18,7 +19,13 @@ class PushQueue {
   static constexpr auto kApart = std::chrono::milliseconds(4);
   // Copies so that one of 500 records is lost or fewer, four at most.
   static unsigned copies(double loss);
-  bool push(std::shared_ptr<const Record> record, std::uint64_t hash, Instant now, double loss);  // false: full
+  struct Whole {  // a record's payload, shared by all neighbours' queues
+    RecordId id;
+    std::uint16_t kind = 0;
+    std::uint64_t hash = 0;
+    std::vector<std::uint8_t> payload;
+  };
+  bool push(std::shared_ptr<const Whole> record, Instant now, double loss);  // false: full
   bool due(Instant now) const { return !waiting_.empty() && waiting_.front().at <= now; }
   Instant next() const { return waiting_.empty() ? Instant::max() : waiting_.front().at; }
   wire::Data front() const;  // of what is due; valid until sent
@@ -29,8 +36,7 @@ class PushQueue {
  private:
   struct Push {
     Instant at{};
-    std::shared_ptr<const Record> record;
-    std::uint64_t hash = 0;
+    std::shared_ptr<const Whole> record;
     unsigned copies = 0;  // still to be sent
   };
   std::deque<Push> waiting_;  // in the order of `at`

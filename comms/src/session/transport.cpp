@@ -1,5 +1,6 @@
 #include "session/transport.hpp"
 
+#include <algorithm>
 #include <cassert>
 
 #include "hal/base/bytes.hpp"
@@ -10,12 +11,6 @@ using namespace sealed;
 
 namespace {
 constexpr std::uint32_t kFramesDomain = 0, kOwnDomain = 1;  // of nonces: each has its own count
-
-// The number nearest to `near` with this low half.
-std::uint64_t unfold(std::uint32_t counter, std::uint64_t near) {
-  const auto ahead = static_cast<std::int32_t>(counter - static_cast<std::uint32_t>(near));
-  return near + static_cast<std::uint64_t>(std::int64_t{ahead});
-}
 
 void write_header(MutableBytes datagram, Type type, std::uint32_t index, std::uint64_t counter) {
   write_head(datagram, type);
@@ -32,8 +27,8 @@ Transport::Transport(Instant begun, const Ends& ends, const noise::Handshake& en
 
 std::size_t Transport::seal(MutableBytes datagram, std::size_t size, std::uint32_t counter) {
   assert(datagram.size() >= kOverheadBytes + size);
-  const std::uint64_t number = sealed_ == 0 ? counter : unfold(counter, last_);
-  last_ = sealed_ == 0 || number > last_ ? number : last_ + 1;
+  const auto ahead = static_cast<std::int32_t>(counter - static_cast<std::uint32_t>(last_));
+  last_ = sealed_ == 0 ? counter : last_ + static_cast<std::uint64_t>(std::max(ahead, 1));
   ++sealed_;
   write_header(datagram, Type::frames, ends_.their_index, last_);
   noise::seal(sending_, kFramesDomain, last_, datagram.first(kHeaderBytes), datagram.subspan(kHeaderBytes, size),

@@ -7,10 +7,14 @@
 namespace onemap::comms::wire {
 
 namespace {
+template <std::size_t N>
+void get_bytes(ByteReader& in, std::array<std::uint8_t, N>& out) {
+  const auto bytes = in.bytes(N);
+  std::copy(bytes.begin(), bytes.end(), out.begin());
+}
 RobotId get_robot(ByteReader& in) {
   RobotId robot;
-  const auto bytes = in.bytes(robot.bytes.size());
-  std::copy(bytes.begin(), bytes.end(), robot.bytes.begin());
+  get_bytes(in, robot.bytes);
   return robot;
 }
 LogId get_log(ByteReader& in) {
@@ -29,13 +33,14 @@ std::uint32_t fragment_size(std::uint32_t total, std::uint32_t fragment) {
 FrameType type_of(const Frame& frame) {
   constexpr std::array kTypes{FrameType::beacon,   FrameType::status,     FrameType::have, FrameType::have_request,
                               FrameType::want,     FrameType::data,       FrameType::ping, FrameType::pong,
-                              FrameType::feedback, FrameType::later_life, FrameType::mass};  // in the order of Frame
+                              FrameType::feedback, FrameType::later_life, FrameType::head,
+                              FrameType::mass};  // in the order of Frame
   static_assert(kTypes.size() == std::variant_size_v<Frame>);
   return kTypes[frame.index()];
 }
 
-std::uint64_t body_hash(std::uint16_t kind, std::span<const std::uint8_t> body) {
-  return XXH3_64bits_withSeed(body.data(), body.size(), kind);
+std::uint64_t body_hash(std::uint16_t kind, std::span<const std::uint8_t> payload) {
+  return XXH3_64bits_withSeed(payload.data(), payload.size(), kind);
 }
 
 void Decoder::clear() {
@@ -122,6 +127,8 @@ bool Decoder::decode_frame(std::uint8_t type, std::span<const std::uint8_t> body
       frames_.emplace_back(feedback);
       return in.done();
     }
+    case FrameType::head:
+      return decode_head(body);
     case FrameType::later_life: {
       LaterLife later;
       later.robot = get_robot(in);
@@ -212,11 +219,28 @@ bool Decoder::decode_data(std::span<const std::uint8_t> body) {
   data.total_bytes = in.get<std::uint32_t>();
   data.body_hash = in.get<std::uint64_t>();
   data.fragment = in.get<std::uint16_t>();
-  if (!in.ok() || !valid(data.id.log) || data.total_bytes > kMaxRecordBytes) return false;
+  if (!in.ok() || !valid(data.id.log) || data.total_bytes > kMaxPayloadBytes) return false;
+  if (data.total_bytes < kSealBytes) return false;
   if (data.fragment >= fragments_of(data.total_bytes)) return false;
   data.bytes = in.bytes(fragment_size(data.total_bytes, data.fragment));
   frames_.emplace_back(data);
   return in.done();
+}
+
+bool Decoder::decode_head(std::span<const std::uint8_t> body) {
+  ByteReader in(body);
+  Head head;
+  RecordHead& record = head.record;
+  record.id.log = get_log(in);
+  record.id.seq = in.get<std::uint32_t>();
+  record.kind = in.get<std::uint16_t>();
+  head.hops = in.get<std::uint8_t>();
+  record.bytes = in.get<std::uint32_t>();
+  get_bytes(in, record.body);
+  get_bytes(in, record.previous);
+  get_bytes(in, head.signature);
+  frames_.emplace_back(head);
+  return in.done() && valid(record.id.log) && record.bytes <= kMaxRecordBytes;
 }
 
 }  // namespace onemap::comms::wire

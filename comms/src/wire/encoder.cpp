@@ -10,9 +10,7 @@ Encoder::Encoder(std::span<std::uint8_t, kMaxDatagramBytes> buffer, const Header
   write_header(buffer, header);
 }
 
-void Encoder::put(const RobotId& robot) {
-  for (auto byte : robot.bytes) put(byte);
-}
+void Encoder::put(const RobotId& robot) { put(robot.bytes); }
 void Encoder::put(const LogId& log) {
   put(log.robot);
   put(log.lane);
@@ -92,6 +90,20 @@ bool Encoder::data(const Data& data) {
   put(data.fragment);
   std::copy(data.bytes.begin(), data.bytes.end(), buffer_.begin() + static_cast<std::ptrdiff_t>(size_));
   size_ += data.bytes.size();
+  return true;
+}
+
+bool Encoder::head(const Head& head) {
+  if (!open(FrameType::head, kHeadFrameBytes)) return false;
+  const RecordHead& record = head.record;
+  put(record.id.log);
+  put(record.id.seq);
+  put(record.kind);
+  put(head.hops);
+  put(record.bytes);
+  put(record.body);
+  put(record.previous);
+  put(head.signature);
   return true;
 }
 

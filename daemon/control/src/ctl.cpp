@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <cstdio>
 #include <functional>
 #include <optional>
@@ -10,6 +11,7 @@
 #include "control/client.hpp"
 #include "control/doctor.hpp"
 #include "control/socket_place.hpp"
+#include "control/team_commands.hpp"
 #include "control/words.hpp"
 #include "hal/base/text.hpp"
 
@@ -24,6 +26,7 @@ constexpr const char* kFooter =
     "  onemapctl watch EVENT PEERS          what happens in the team\n"
     "  onemapctl --socket /run/onemap/r2/control.sock map\n"
     "  onemapctl doctor                     what is wrong, and what to do\n"
+    "  onemapctl team init                  a key for a new team; no daemon is needed\n"
     "\nWithout --socket: $ONEMAP_SOCKET, else the one socket that there is in $RUNTIME_DIRECTORY, /run/onemap and\n"
     "$XDG_RUNTIME_DIR/onemap. A daemon with neither has it in its OUT folder, and its log says where.\n"
     "\nExit status:\n"
@@ -38,6 +41,7 @@ struct Options {
   double timeout_s = 10;
   std::string path, a, b;
   std::vector<std::string> classes, maps, views, kinds;
+  TeamOptions team;
 };
 
 struct Ctl {
@@ -110,12 +114,31 @@ int doctor(Ctl& ctl) {
 }
 
 using Run = std::function<int(Ctl&)>;
+using RunAlone = std::function<int(const Options&)>;  // without a daemon
+
+int say(const Result<std::string>& said) {
+  if (!said) return complain(CtlExit::refused, said.error().text());
+  return show(*said) ? 0 : complain(CtlExit::refused, "standard output cannot be written to");
+}
+
+// Not an argument by default: those can be seen by everybody on the machine.
+int join_team(const Options& options) {
+  std::string line = options.team.key;
+  if (line.empty()) {
+    std::array<char, 256> text{};
+    if (std::fgets(text.data(), text.size(), stdin) == nullptr)
+      return complain(CtlExit::usage, "team join reads the key from standard input, and there is none");
+    line = text.data();
+  }
+  return say(team_join(options.team, line));
+}
 
 // The command line, and what was chosen on it.
 struct CommandLine {
   CLI::App app{"onemapctl - asks onemapd what it knows, and tells it what to do", "onemapctl"};
   Options options;
   Run run;
+  RunAlone run_alone;  // if this is set
 
   CLI::App* command(const char* name, const char* text, Run what) {
     CLI::App* sub = app.add_subcommand(name, text);
@@ -125,6 +148,7 @@ struct CommandLine {
   CommandLine();
   void declare_reading();
   void declare_changing();
+  void declare_team();
 };
 
 CommandLine::CommandLine() {
@@ -139,6 +163,7 @@ CommandLine::CommandLine() {
   app.footer(kFooter);
   declare_reading();
   declare_changing();
+  declare_team();
 }
 
 void CommandLine::declare_reading() {
@@ -201,6 +226,27 @@ void CommandLine::declare_changing() {
   pair("merge", "let what joins two robots count again", "MERGE", fields_words);
 }
 
+void CommandLine::declare_team() {
+  auto* team = app.add_subcommand("team", "the key that all robots of a team have");
+  team->require_subcommand(1);
+  team->fallthrough();
+  const auto one = [&](const char* name, const char* text, RunAlone what) {
+    auto* sub = team->add_subcommand(name, text);
+    sub->callback([this, what = std::move(what)] { run_alone = what; });
+    sub->add_option("--file", options.team.file, "where it is; /etc/onemap/team.key")->type_name("FILE");
+    return sub;
+  };
+  one("init", "make a key for a new team", [](const Options& o) {
+    return say(team_init(o.team));
+  })->add_flag("--force", options.team.force, "in place of the key that there is");
+  one("show", "which key there is, by its fingerprint", [](const Options& o) {
+    return say(team_show(o.team));
+  })->add_flag("--secret", options.team.secret, "the key itself, for another robot's team join");
+  auto* join = one("join", "take the team's key from a line of standard input", join_team);
+  join->add_option("key", options.team.key, "the line, instead; others on this machine can see it");
+  join->add_flag("--force", options.team.force, "in place of the key that there is");
+}
+
 // Where to ask, or why that cannot be told.
 Result<std::string> find_socket(const Options& options) {
   if (!options.socket.empty()) return options.socket;
@@ -255,7 +301,7 @@ int run_ctl(int argc, char** argv) {
       std::fputs("onemapctl --help says what there is\n", stderr);
       return static_cast<int>(CtlExit::usage);
     }
-    return connect_and_run(line);
+    return line.run_alone ? line.run_alone(line.options) : connect_and_run(line);
   } catch (const std::exception& error) {
     return complain(CtlExit::refused, error.what());
   }

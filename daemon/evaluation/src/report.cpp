@@ -29,16 +29,19 @@ std::string to_json(const TeamEvaluation& evaluation) {
 }
 
 std::string to_text(const TeamEvaluation& evaluation, const EvaluationSettings& settings) {
-  std::string text;
+  std::string text = fmt::format(
+      "{:>6}  {:>8}  {:>9}  {:>9}  {:>9}  {:>9}  {:>8}  estimate\n{:>6}  {:>8}  {:>9}  {:>9}  {:>9}  {:>9}  {:>8}\n",
+      "poses", "coverage", "ATE alone", "ATE joint", "ATE max", fmt::format("RPE {:g} s", settings.rpe_delta_s), "RPE",
+      "", "", "m", "m", "m", "m", "deg");
   for (const RobotEvaluation& r : evaluation.robots) {
-    text += fmt::format("{}: poses {} coverage {:.3f} ATE alone {:.4f} joint {:.4f} max {:.4f}",
-                        printable(r.estimate_name), r.poses, r.coverage, r.ate_alone, r.ate_joint, r.max);
-    if (r.rpe)
-      text += fmt::format(" RPE/{:g}s {:.4f} m {:.3f} deg", settings.rpe_delta_s, r.rpe->translation_m,
-                          r.rpe->rotation_deg);
-    text += "\n";
+    const auto rpe = [&](double value, int digits) {
+      return r.rpe ? fmt::format("{:.{}f}", value, digits) : std::string("-");
+    };
+    text += fmt::format("{:>6}  {:>8.3f}  {:>9.4f}  {:>9.4f}  {:>9.4f}  {:>9}  {:>8}  {}\n", r.poses, r.coverage,
+                        r.ate_alone, r.ate_joint, r.max, rpe(r.rpe ? r.rpe->translation_m : 0, 4),
+                        rpe(r.rpe ? r.rpe->rotation_deg : 0, 3), printable(r.estimate_name));
   }
-  return text + fmt::format("team of {}: poses {} coverage {:.3f} ATE {:.4f} median {:.4f} max {:.4f}\n",
+  return text + fmt::format("team of {}: {} poses, coverage {:.3f}, ATE {:.4f} m, median {:.4f} m, max {:.4f} m\n",
                             evaluation.robots.size(), evaluation.poses, evaluation.coverage, evaluation.ate,
                             evaluation.median, evaluation.max);
 }

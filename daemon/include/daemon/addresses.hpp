@@ -9,6 +9,8 @@ namespace onemap::daemon {
 
 // What can be told of UDP addresses before a socket is open. ADDR:PORT is 10.0.0.2:4600 or [fd00::2]:4600.
 
+bool is_loopback(const comms::Endpoint& endpoint);  // 127.0.0.0/8 or ::1
+
 // An address at which a robot can listen: one host's, or any (0.0.0.0, [::]); port 0 is any port.
 Status check_listen(const std::string& address);
 // An address of one other host, with a port.

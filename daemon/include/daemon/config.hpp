@@ -71,6 +71,9 @@ struct Config {
   SnapshotsConfig snapshots;
   std::string poses_socket;  // path of pose_streams; empty: none
 
+  std::string team_key_file;  // path, or none; empty: where team_seal looks
+  std::string key_log;        // path; empty: none
+
   bool alone() const { return listen.empty() && peers.empty() && group.empty(); }
 };
 

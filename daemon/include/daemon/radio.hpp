@@ -18,6 +18,7 @@
 #include "daemon/life.hpp"
 #include "daemon/log.hpp"
 #include "daemon/outgoing.hpp"
+#include "daemon/team_seal.hpp"
 #include "daemon/worker.hpp"
 #include "hal/base/bounded_queue.hpp"
 
@@ -83,11 +84,18 @@ class Radio {
  private:
   static constexpr std::size_t kOutbox = 64;
   Radio(const Config& config, comms::NodeConfig node, LifeCounter life, std::unique_ptr<comms::DatagramPort> port,
-        Listener listener, Failures& failures, Log& log);
+        std::unique_ptr<TeamSeal> seal, Listener listener, Failures& failures, Log& log);
+  void begin_node();
+  void on_timer(Instant now);
+  Instant next_deadline() const;
+  bool next_outgoing(comms::OutgoingDatagram& datagram);
+  comms::Counters counters() const;
+  void log_guard();
   void run();
   bool over(Instant now);
   void turn();
   void receive_some();
+  void receive(const comms::IncomingDatagram& datagram);
   void append_published(Instant now);
   void append(Instant now, OutgoingRecord record);
   bool append_finished(Instant now, std::uint32_t frames);
@@ -110,7 +118,10 @@ class Radio {
   comms::NodeConfig node_config_;
   comms::MemoryStore store_;
   std::unique_ptr<comms::DatagramPort> port_;
+  const std::unique_ptr<TeamSeal> seal_;  // nullptr: no team key, and no guard
   std::unique_ptr<comms::Node> node_;
+  std::unique_ptr<comms::Guard> guard_;  // between the node and the port
+  std::uint64_t not_loopback_ = 0;       // datagrams from other machines, though there is no team key
   Published published_;
   std::uint64_t sent_before_ = 0, received_before_ = 0;  // bytes, by the nodes of this robot's lives before
   std::optional<std::uint32_t> frames_to_finish_;        // Finished is due, with these frames

@@ -100,6 +100,9 @@ Status Fleet::start_robot(std::size_t number) {
     arguments.insert(arguments.end(), {"--peer", fmt::format("127.0.0.1:{}", links_->port(link, number))});
   }
   if (!config_.features.empty()) arguments.insert(arguments.end(), {"--features", config_.features});
+  arguments.insert(arguments.end(), {"--team-key", config_.team_key.empty() ? "none" : config_.team_key});
+  if (config_.matches_picture > 0)
+    arguments.insert(arguments.end(), {"--matches-picture", std::to_string(config_.matches_picture)});
   // Not the one of a robot that this machine may be.
   arguments.insert(arguments.end(), {"--config", config_.robot_config.empty() ? "/dev/null" : config_.robot_config});
   auto child = ChildProcess::start(daemon_program_, arguments, folder(number) + "/log.txt");
@@ -111,7 +114,7 @@ Status Fleet::start_robot(std::size_t number) {
 Fleet::End Fleet::wait_until_agreed(StopSignals& signals) {
   std::vector<std::string> names;
   for (std::size_t i = 0; i < robots_.size(); ++i) names.push_back(fleet_robot_name(i));
-  Progress progress(names, isatty(STDERR_FILENO) == 1);
+  Progress progress(names, isatty(STDERR_FILENO) == 1, now());
   const Instant limit = now() + std::chrono::milliseconds(static_cast<std::int64_t>(config_.timeout_s * 1e3));
   for (;;) {
     const bool stopped = signals.wait(kPoll);

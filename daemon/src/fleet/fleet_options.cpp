@@ -15,6 +15,10 @@ namespace {
 constexpr const char* kProgram = "onemap-fleet";
 constexpr const char* kFooter =
     "Every robot is a real onemapd on this machine, found beside this program; only linked robots can talk.\n"
+    "\nExamples:\n"
+    "  onemap-fleet --simulate 3 --scene house --frames 510 --graph line --out OUT\n"
+    "  onemap-fleet --robot replay:A --robot replay:B:0:300 --loss 10% --delay 20 --out OUT\n"
+    "  onemap-fleet --robot replay:A --robot replay:B --matches-picture 50 --out OUT   # OUT/robot1/matches/...\n"
     "\nExit status:\n"
     "  0  done: every robot finished its recording and all hold the same map\n"
     "  1  something failed, or a robot did: the last lines on stderr say what and why; the others' work is written\n"
@@ -64,7 +68,13 @@ void declare(CLI::App& app, Given& g) {
       ->type_name("X|max")
       ->capture_default_str();
   app.add_option("--features", g.config.features, "surf or orb")->check(CLI::IsMember({"surf", "orb"}));
+  app.add_option("--matches-picture", g.config.matches_picture,
+                 "write a picture of each robot's feature matches every so many frames")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000000));
   app.add_option("--config", g.config.robot_config, "TOML file for every robot, see onemapd --help-config")
+      ->type_name("FILE");
+  app.add_option("--team-key", g.config.team_key, "file with a team key (onemapctl team init --file FILE)")
       ->type_name("FILE");
   app.add_option("--timeout", g.config.timeout_s, "seconds until the robots are stopped, done or not")
       ->type_name("S")

@@ -1,5 +1,7 @@
 #include "local/block_samples.hpp"
 
+#include <algorithm>
+
 namespace onemap::mapping {
 namespace {
 
@@ -31,6 +33,48 @@ void BlockSamples::gather(const VoxelMap& map, const BlockKey& key, std::uint16_
         neighbours_[slot(nx, ny, nz)] = block;
         if (block != nullptr) copy(nx, ny, nz, block, min_weight);
       }
+  if (may_cross_zero()) guess_unseen();
+}
+
+// What three corners of a square say of the fourth, over all squares around the voxel that are seen: a + b - c is exact
+// for a plane. Only direct neighbours are asked, so every block that has this voxel in its margin guesses the same.
+float BlockSamples::guess(std::size_t at) const {
+  constexpr std::array<std::ptrdiff_t, 3> kStep{1, kSide, kSide * kSide};
+  const auto value = [&](std::ptrdiff_t off) {
+    return value_[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(at) + off)];
+  };
+  float sum = 0;
+  int squares = 0;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = i + 1; j < 3; ++j)
+      for (const std::ptrdiff_t di : {-kStep[i], kStep[i]}) {
+        const float a = value(di);
+        if (a >= kUnseen) continue;
+        for (const std::ptrdiff_t dj : {-kStep[j], kStep[j]}) {
+          const float b = value(dj), c = value(di + dj);
+          if (b >= kUnseen || c >= kUnseen) continue;
+          sum += a + b - c;
+          ++squares;
+        }
+      }
+  return squares == 0 ? kUnseen : std::clamp(sum / static_cast<float>(squares), -1.f, 1.f);
+}
+
+void BlockSamples::guess_unseen() {
+  std::array<std::uint16_t, (kBlockSide + 1) * (kBlockSide + 1) * (kBlockSide + 1)> places;
+  std::array<float, places.size()> guesses;
+  std::size_t count = 0;
+  for (int z = 0; z <= kBlockSide; ++z)
+    for (int y = 0; y <= kBlockSide; ++y)
+      for (int x = 0; x <= kBlockSide; ++x) {
+        if (seen(x, y, z)) continue;
+        const std::size_t at = index(x, y, z);
+        const float value = guess(at);
+        if (value >= kUnseen) continue;
+        places[count] = static_cast<std::uint16_t>(at);
+        guesses[count++] = value;
+      }
+  for (std::size_t i = 0; i < count; ++i) value_[places[i]] = guesses[i];
 }
 
 void BlockSamples::copy(int nx, int ny, int nz, const Voxel* block, std::uint16_t min_weight) {
@@ -48,10 +92,10 @@ void BlockSamples::copy(int nx, int ny, int nz, const Voxel* block, std::uint16_
     }
 }
 
-const Voxel& BlockSamples::voxel(int x, int y, int z) const {
+const Voxel* BlockSamples::voxel(int x, int y, int z) const {
   const Voxel* block = neighbours_[slot(neighbour_of(x), neighbour_of(y), neighbour_of(z))];
   const int m = kBlockSide - 1;
-  return block[((z & m) * kBlockSide + (y & m)) * kBlockSide + (x & m)];
+  return block == nullptr ? nullptr : block + ((z & m) * kBlockSide + (y & m)) * kBlockSide + (x & m);
 }
 
 Vector3f BlockSamples::gradient(int x, int y, int z) const {

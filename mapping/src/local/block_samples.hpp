@@ -10,7 +10,9 @@ namespace onemap::mapping {
 // which block a voxel is in. Coordinates run from -1 to 9 on each axis, 0..7 is the block itself.
 class BlockSamples {
  public:
-  // Gathers the block; voxels with less than min_weight are unseen.
+  // Gathers the block; voxels with less than min_weight are unseen. An unseen voxel of which its neighbours say what a
+  // flat surface has there is taken for that: the band of a surface that is seen at a slant is thinner than a cell, and
+  // it ends in half cells at each rim.
   void gather(const VoxelMap& map, const BlockKey& key, std::uint16_t min_weight);
 
   const BlockKey& key() const { return key_; }
@@ -18,7 +20,7 @@ class BlockSamples {
   bool seen(int x, int y, int z) const { return value_[index(x, y, z)] < kUnseen; }
   float tsdf(int x, int y, int z) const { return value_[index(x, y, z)]; }  // -1..1
   bool inside(int x, int y, int z) const { return tsdf(x, y, z) < 0; }
-  const Voxel& voxel(int x, int y, int z) const;  // of a seen voxel
+  const Voxel* voxel(int x, int y, int z) const;  // nullptr: not in the map
   // Towards free space; central differences where both neighbours are seen, else one-sided, else 0.
   Vector3f gradient(int x, int y, int z) const;
 
@@ -29,6 +31,8 @@ class BlockSamples {
     const int i = (z + 1) * kSide * kSide + (y + 1) * kSide + (x + 1);
     return static_cast<std::size_t>(i);
   }
+  void guess_unseen();
+  float guess(std::size_t at) const;
   void copy(int nx, int ny, int nz, const Voxel* block, std::uint16_t min_weight);
 
   BlockKey key_;

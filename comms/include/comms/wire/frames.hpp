@@ -9,6 +9,7 @@
 #include "comms/consensus/running_sums.hpp"
 #include "comms/consensus/scalars.hpp"
 #include "comms/counters.hpp"
+#include "comms/record_head.hpp"
 #include "comms/status.hpp"
 #include "hal/base/record.hpp"
 
@@ -16,8 +17,9 @@
 namespace onemap::comms::wire {
 
 inline constexpr std::size_t kFrameHeadBytes = 3;
-inline constexpr std::size_t kFragmentBytes = 1112;  // of a record's body; only the last fragment is shorter
+inline constexpr std::size_t kFragmentBytes = 1112;  // of a record's payload; only the last fragment is shorter
 inline constexpr std::uint8_t kLastPushedLane = 1;   // control and poses do not wait to be asked for
+inline constexpr std::size_t kMaxPayloadBytes = kMaxRecordBytes + kSealBytes;
 inline constexpr std::uint8_t kFirstSkippableType = 128;
 
 struct Beacon {
@@ -54,11 +56,17 @@ struct Want {
 struct Data {
   RecordId id;
   std::uint16_t kind = 0;
-  std::uint8_t hops = 0;  // links that the sender's copy came over
-  std::uint32_t total_bytes = 0;
-  std::uint64_t body_hash = 0;  // body_hash(kind, body)
+  std::uint8_t hops = 0;          // links that the sender's copy came over
+  std::uint32_t total_bytes = 0;  // of the payload: the body and then the seal
+  std::uint64_t body_hash = 0;    // body_hash(kind, payload)
   std::uint16_t fragment = 0;
   std::span<const std::uint8_t> bytes;
+};
+// A record whose body was dropped at the sender: all that its signature covers, with the body's digest.
+struct Head {
+  RecordHead record;
+  std::uint8_t hops = 0;  // links that the sender's copy came over
+  Signature signature{};
 };
 struct Ping {
   std::uint32_t token = 0;
@@ -89,7 +97,8 @@ struct Mass {
   bool has_amounts = false;
   std::array<comms::Mass, kScalars> given;  // to the receiver, since the round began
 };
-using Frame = std::variant<Beacon, Status, Have, HaveRequest, Want, Data, Ping, Pong, Feedback, LaterLife, Mass>;
+using Frame =
+    std::variant<Beacon, Status, Have, HaveRequest, Want, Data, Ping, Pong, Feedback, LaterLife, Head, Mass>;
 FrameType type_of(const Frame& frame);
 
 inline constexpr std::size_t kBeaconBytes = 37;
@@ -100,11 +109,12 @@ inline constexpr std::size_t kDataFixedBytes = 46;
 inline constexpr std::size_t kFeedbackBytes = 16;
 inline constexpr std::size_t kLaterLifeBytes = 24;
 inline constexpr std::size_t kMassFixedBytes = 19, kMassAmountsBytes = 16 * kScalars;
+inline constexpr std::size_t kHeadFrameBytes = 164;
 
 constexpr std::uint32_t fragments_of(std::uint32_t total_bytes) {
   return std::max<std::uint32_t>(1, (total_bytes + kFragmentBytes - 1) / kFragmentBytes);
 }
-// XXH3-64 of the body with the kind as the seed.
-std::uint64_t body_hash(std::uint16_t kind, std::span<const std::uint8_t> body);
+// XXH3-64 of the payload with the kind as the seed.
+std::uint64_t body_hash(std::uint16_t kind, std::span<const std::uint8_t> payload);
 
 }  // namespace onemap::comms::wire

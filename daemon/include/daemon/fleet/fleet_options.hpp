@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,8 @@ struct FleetConfig {
   std::string speed = "max";
   std::string features;      // empty: the daemon's default
   std::string robot_config;  // TOML for every robot; empty: none
+  std::string team_key;      // file; empty: none, and everything is plain
+  std::uint64_t matches_picture = 0;  // frames from one picture of a robot's matches to the next; 0: none
   double timeout_s = 600;
   std::string out;
 };

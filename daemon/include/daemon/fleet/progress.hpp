@@ -7,20 +7,25 @@
 
 namespace onemap::daemon {
 
-// Shows what the robots are doing: bars that are redrawn on a terminal, a plain line now and then elsewhere (stderr).
+// Shows what the robots are doing: on a terminal a line a robot and one bar for the whole with the time that is left,
+// all redrawn; elsewhere a plain line now and then (stderr). No line is wider than kColumns.
 class Progress {
  public:
-  Progress(std::vector<std::string> names, bool terminal) : names_(std::move(names)), terminal_(terminal) {}
+  static constexpr std::size_t kColumns = 100;
+  Progress(std::vector<std::string> names, bool terminal, Instant started);
   void show(const std::vector<DaemonStatus>& robots, Instant now, bool last = false);
 
-  // A line such as `robot1  [#####-----]  52 %  412/789 tracked 411  merging`.
-  static std::string bar(const std::string& name, const DaemonStatus& robot);
+  // A line such as `robot1     412/789 frames    411 tracked    37 keyframes  merging`.
+  static std::string line(const std::string& name, const DaemonStatus& robot, bool colored = false);
+  // A line such as `team       [#####-----]  52 %  about 1 min 20 s left`: `elapsed` since the start.
+  static std::string bar(const std::vector<DaemonStatus>& robots, Duration elapsed);
 
  private:
-  void redraw(const std::vector<DaemonStatus>& robots);
+  void redraw(const std::vector<DaemonStatus>& robots, Duration elapsed);
   void print_line(const std::vector<DaemonStatus>& robots) const;
   const std::vector<std::string> names_;
-  const bool terminal_;
+  const bool terminal_, colored_;
+  const Instant started_;
   bool drawn_ = false;
   Instant shown_{};
 };

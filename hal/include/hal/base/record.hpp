@@ -1,8 +1,10 @@
 #pragma once
+#include <array>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "hal/base/ids.hpp"
@@ -14,9 +16,9 @@ namespace onemap {
 inline constexpr std::uint8_t kLaneCount = 5;
 inline constexpr std::size_t kMaxRecordBytes = 1u << 20;  // of one body
 
-// Which log: a robot writes one append-only log a lane and incarnation. An incarnation is one life of a robot whose
-// logs lived in memory: it starts again with sequence 0 and a greater incarnation, so a sequence number is never used
-// twice. Logs of older incarnations stay and replicate like any other; who applies records decides what they are worth.
+// Which log: a robot writes one append-only log a lane and incarnation. An incarnation is one life of a robot: it
+// starts again with sequence 0 and a greater incarnation, so a sequence number is never used twice. Logs of older
+// incarnations stay and replicate like any other; who applies records decides what they are worth.
 struct LogId {
   RobotId robot;
   std::uint8_t lane = 0;
@@ -31,11 +33,27 @@ struct RecordId {
   auto operator<=>(const RecordId&) const = default;
 };
 
+// What makes a record its author's (comms/record_head.hpp): its place behind its predecessor, and a signature.
+struct Seal {
+  std::array<std::uint8_t, 32> previous{};  // hash of the head before it; of a log's first record: the author's key
+  std::array<std::uint8_t, 64> signature{};
+  bool operator==(const Seal&) const = default;
+};
+
+// What is left of a body that was dropped, because later records say all that it said.
+struct DroppedBody {
+  std::uint32_t bytes = 0;
+  std::array<std::uint8_t, 32> digest{};  // BLAKE2b-256
+  bool operator==(const DroppedBody&) const = default;
+};
+
 // An immutable record. Who carries it does not look into the body.
 struct Record {
   RecordId id;
   std::uint16_t kind = 0;
   std::vector<std::uint8_t> body;
+  Seal seal{};
+  std::optional<DroppedBody> dropped{};  // then the body is empty
 };
 
 // How many records of each log are held without a gap: the frontier of a record set.

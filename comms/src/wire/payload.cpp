@@ -1,0 +1,50 @@
+#include "comms/wire/payload.hpp"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cassert>
+#include <memory>
+
+namespace onemap::comms::wire {
+
+namespace {
+std::array<std::uint8_t, kSealBytes> bytes_of(const Seal& seal) {
+  std::array<std::uint8_t, kSealBytes> out{};
+  std::copy(seal.signature.begin(), seal.signature.end(),
+            std::copy(seal.previous.begin(), seal.previous.end(), out.begin()));
+  return out;
+}
+}  // namespace
+
+std::uint64_t payload_hash(const Record& record) {
+  const auto seal = bytes_of(record.seal);
+  const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(), XXH3_freeState);
+  XXH3_64bits_reset_withSeed(state.get(), record.kind);
+  XXH3_64bits_update(state.get(), record.body.data(), record.body.size());
+  XXH3_64bits_update(state.get(), seal.data(), seal.size());
+  return XXH3_64bits_digest(state.get());
+}
+
+std::span<const std::uint8_t> fragment_of(const Record& record, std::uint32_t fragment, FragmentBuffer& scratch) {
+  const std::size_t from = std::size_t{fragment} * kFragmentBytes;
+  const std::size_t end = std::min<std::size_t>(from + kFragmentBytes, payload_bytes(record));
+  const std::size_t body = record.body.size();
+  if (end <= body) return std::span(record.body).subspan(from, end - from);
+  const auto seal = bytes_of(record.seal);
+  std::size_t n = 0;
+  for (std::size_t at = from; at < end; ++at) scratch[n++] = at < body ? record.body[at] : seal[at - body];
+  return std::span(scratch).first(n);
+}
+
+void take_apart(std::vector<std::uint8_t> payload, Record& record) {
+  assert(payload.size() >= kSealBytes);
+  const auto seal = payload.end() - static_cast<std::ptrdiff_t>(kSealBytes);
+  const auto signature = seal + static_cast<std::ptrdiff_t>(record.seal.previous.size());
+  std::copy(seal, signature, record.seal.previous.begin());
+  std::copy(signature, payload.end(), record.seal.signature.begin());
+  payload.resize(payload.size() - kSealBytes);
+  record.body = std::move(payload);
+}
+
+}  // namespace onemap::comms::wire

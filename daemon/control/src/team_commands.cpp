@@ -1,0 +1,55 @@
+#include "control/team_commands.hpp"
+
+#include <fmt/format.h>
+
+#include "comms/fingerprint.hpp"
+#include "control/key_file.hpp"
+
+namespace onemap::control {
+
+namespace {
+std::string file_of(const TeamOptions& options) {
+  return options.file.empty() ? std::string(kTeamKeyFile) : options.file;
+}
+
+Result<std::string> install(const TeamOptions& options, const comms::TeamKey& key, const std::string& what) {
+  const std::string file = file_of(options);
+  if (auto written = write_secret(file, kTeamKeyKind, key, options.force ? Replace::yes : Replace::no); !written) {
+    const Error& error = written.error();
+    const bool there = error.reason.find("is there already") != std::string::npos;
+    return there
+               ? Error{error.place, error.reason + ": `onemapctl team show` says which key it is, --force replaces it"}
+               : error;
+  }
+  return fmt::format("{} {}\nfingerprint {}\n", what, file, comms::fingerprint(key));
+}
+}  // namespace
+
+Result<std::string> team_init(const TeamOptions& options) {
+  const auto key = new_secret();
+  if (!key) return key.error();
+  auto said = install(options, *key, "made a key for a new team:");
+  if (!said) return said;
+  return *said + fmt::format(
+                     "every other robot of the team needs it, for example:\n"
+                     "  onemapctl team show --secret --file {} | ssh ROBOT onemapctl team join\n"
+                     "a running daemon takes it after a restart\n",
+                     file_of(options));
+}
+
+Result<std::string> team_show(const TeamOptions& options) {
+  const auto key = read_secret(file_of(options), kTeamKeyKind);
+  if (!key) return key.error();
+  if (options.secret) return secret_line(kTeamKeyKind, *key) + "\n";
+  return fmt::format("{}\nfingerprint {}\n", file_of(options), comms::fingerprint(*key));
+}
+
+Result<std::string> team_join(const TeamOptions& options, const std::string& line) {
+  const auto key = parse_secret(line, kTeamKeyKind);
+  if (!key) return Error{"the key", key.error().reason + "; `onemapctl team show --secret` prints it"};
+  auto said = install(options, *key, "joined:");
+  if (!said) return said;
+  return *said + "the fingerprint is the same on all robots of the team; a running daemon takes it after a restart\n";
+}
+
+}  // namespace onemap::control

@@ -1,0 +1,84 @@
+// virtual-camera uvc|kinect|kinect-slow ROOM [UNPLUG_AT SECONDS]: a USB camera that shows a simulated room, plugged
+// into this machine's virtual host controller (modprobe vhci-hcd; root). It is pulled out once, before picture
+// UNPLUG_AT, and plugged in again after so many seconds. Says on stdout what it does, and shows the last picture's
+// silence until it is killed. uvc-slow and kinect-slow: on a port of USB 2 and of USB 1.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "film.hpp"
+#include "kinect_device.hpp"
+#include "usb_port.hpp"
+#include "uvc_device.hpp"
+
+namespace onemap::test {
+namespace {
+
+struct Wish {
+  std::string kind, room;
+  std::size_t unplug_at = 0;
+  double away_s = 0;
+};
+
+void say(const std::string& what) {
+  fmt::print("{}\n", what);
+  std::fflush(stdout);
+}
+
+void run(const Wish& wish) {
+  const bool kinect = wish.kind.starts_with("kinect"), slow = wish.kind.ends_with("-slow");
+  const Film film(wish.room);
+  Projector projector(film.pictures().size());
+  std::unique_ptr<UsbDevice> device;
+  if (kinect)
+    device = std::make_unique<KinectDevice>(film, projector);
+  else
+    device = std::make_unique<UvcDevice>(film, projector);
+  UsbPort port(kinect ? (slow ? UsbPort::Speed::full : UsbPort::Speed::high)
+                      : (slow ? UsbPort::Speed::high : UsbPort::Speed::super),
+               0);
+  device->plug(port);
+  say("plugged in");
+  for (bool pulled = wish.unplug_at == 0;;) {
+    const auto now = std::chrono::steady_clock::now();
+    const auto left = std::clamp<Moment::duration>(device->next_step() - now, Moment::duration::zero(),
+                                                   std::chrono::milliseconds(100));
+    const auto request = port.wait(static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(left).count()));
+    if (!port.plugged()) return say("the kernel let go of it");
+    if (request) device->handle(*request, port);
+    device->step(std::chrono::steady_clock::now(), port);
+    if (pulled || projector.shown() < wish.unplug_at) continue;
+    pulled = true;
+    port.unplug();
+    say("pulled out");
+    std::this_thread::sleep_for(std::chrono::duration<double>(wish.away_s));
+    device->plug(port);
+    say("plugged in");
+  }
+}
+
+}  // namespace
+}  // namespace onemap::test
+
+int main(int count, char** arguments) {
+  const std::vector<std::string> words(arguments + 1, arguments + count);
+  if (words.size() != 2 && words.size() != 4) {
+    fmt::print(stderr, "virtual-camera uvc|uvc-slow|kinect|kinect-slow ROOM [UNPLUG_AT SECONDS]\n");
+    return 2;
+  }
+  try {
+    onemap::test::Wish wish{words[0], words[1]};
+    if (words.size() == 4) {
+      wish.unplug_at = std::stoul(words[2]);
+      wish.away_s = std::stod(words[3]);
+    }
+    onemap::test::run(wish);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "virtual-camera: {}\n", error.what());
+  }
+  return 1;
+}
