@@ -196,6 +196,8 @@ void Radio::turn() {
   hand_out_applied();
   if (t - looked_ < kLookInterval) return;
   looked_ = t;
+  node_->bring(t, comms::Scalar::clock_offset, to_seconds(wall_clock_offset()));
+  if (brightness_ > 0) node_->bring(t, comms::Scalar::brightness, brightness_);
   log_neighbours();
   log_conflict(t);
   log_refusals();

@@ -81,6 +81,7 @@ void Radio::update_view(Instant now) {
   for (const comms::Endpoint& peer : node_->peers_never_heard()) view.peers_never_heard.push_back(to_string(peer));
   const auto conflict = node_->id_conflict();
   if (conflict && now - conflict->when < kConflictFresh) view.id_also_used_at = to_string(conflict->where);
+  view.scalars = node_->scalars();
   view.refused = refusals(view.counters);
   if (not_loopback_ > 0) view.refused["not_loopback"] = not_loopback_;
   if (failed_before_ > 0 && !config_.alone()) view.refused["not_sent"] = failed_before_;

@@ -49,6 +49,7 @@ struct RadioView {
   std::string store_full;                        // why records cannot be held, in words; empty: they can
   bool delivered = true;                         // neighbours hold this robot's control and pose records
   std::vector<comms::NeighbourStatus> neighbours;
+  comms::ScalarsView scalars;              // what the team agrees on
   comms::Counters counters;                // of this robot's present life
   std::map<RobotId, RecordTally> records;  // by author, as they were applied
 };
@@ -70,10 +71,11 @@ class Radio {
   void start();
   // Sends what was published, until neighbours hold this robot's control and pose records, for at most `linger`.
   void stop(Duration linger = Duration::zero());
-  void publish(OutgoingRecord record);                // any thread but this one; waits while 64 are on their way
-  void finish(std::uint32_t frames);                  // any thread: nothing more of the own camera comes
-  void say(std::uint64_t map_digest, bool finished);  // any thread: what neighbours and beacons hear
-  void leave_out(std::set<RobotId> gone);             // any thread: agreement does not wait for these
+  void publish(OutgoingRecord record);  // any thread but this one; waits while 64 are on their way
+  void finish(std::uint32_t frames);    // any thread: nothing more of the own camera comes
+  void bring_brightness(double mean) { brightness_ = mean; }  // of the camera's images, for the team's talks
+  void say(std::uint64_t map_digest, bool finished);          // any thread: what neighbours and beacons hear
+  void leave_out(std::set<RobotId> gone);                     // any thread: agreement does not wait for these
   RadioView view() const;
   const Heartbeat& heartbeat() const { return heartbeat_; }
   std::uint64_t incarnation() const { return life_.number(); }  // before start()
@@ -141,6 +143,7 @@ class Radio {
   bool cut_off_ = false;                                            // nothing could be sent, as last logged
   Instant looked_{};
   std::atomic<bool> stopping_ = false;
+  std::atomic<double> brightness_ = 0.0;  // 0: not known
   std::atomic<std::int64_t> linger_until_ns_ = 0;
   Heartbeat heartbeat_;
   Worker thread_;
