@@ -96,10 +96,29 @@ Result<RecordId> Node::Impl::append(std::uint8_t lane, std::uint16_t kind, std::
   const Hash hash = notary.seal_next(record, *config.identity);
   if (auto kept = store.append(record); !kept) return refused(kept.error().text());
   notary.took(record, hash);
-  if (auto kept = store.sync(); !kept) return refused(kept.error().text());  // durable before anybody hears of it
   ++counters.records_appended;
-  stored(id, 0);
+  undurable.push_back(id);  // durable before anybody hears of it
+  settle_own();
   return id;
+}
+
+void Node::Impl::settle_own() {
+  const Status synced = store.sync();
+  sync_error = synced ? std::string() : synced.error().text();
+  // In order within each log; a log whose records are durable does not wait for another's.
+  for (auto it = undurable.begin(); it != undurable.end();) {
+    if (store.durable(it->log) > it->seq) {
+      stored(*it, 0);
+      it = undurable.erase(it);
+    } else {
+      ++it;
+    }
+  }
+}
+
+std::uint32_t Node::Impl::told(const LogId& log) const {
+  const auto at = hops.find(log);
+  return at == hops.end() ? 0 : static_cast<std::uint32_t>(at->second.size());
 }
 
 void Node::Impl::stored(const RecordId& id, std::uint8_t hop_count) {
@@ -226,7 +245,9 @@ std::set<RobotId> Node::incomplete() const {
   return robots;
 }
 
-std::string Node::store_full() const { return impl_->fetcher.store_full(); }
+std::string Node::store_full() const {
+  return impl_->sync_error.empty() ? impl_->fetcher.store_full() : impl_->sync_error;
+}
 
 std::optional<std::uint8_t> Node::hops(const RecordId& id) const { return impl_->hops_of(id); }
 

@@ -28,7 +28,9 @@ struct Node::Impl {
   // node.cpp: the record set
   std::uint32_t held(const LogId& log) const;
   Result<RecordId> append(std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body);
-  void stored(const RecordId& id, std::uint8_t hops);  // the store has one record more
+  void stored(const RecordId& id, std::uint8_t hops);  // the store has one record more, that others may hear of
+  std::uint32_t told(const LogId& log) const;          // so many that they may
+  void settle_own();                                   // tells of own records that have become durable
   void push(const RecordId& id);
   std::optional<std::uint8_t> hops_of(const RecordId& id) const;
   void refuse(Refusal reason) {
@@ -125,6 +127,9 @@ struct Node::Impl {
   std::map<LogId, std::vector<std::uint8_t>> hops;
   HashCache hashes;
   ApplyQueue applied;
+  std::deque<RecordId> undurable;  // own records that nobody may hear of yet
+  std::optional<Instant> sync_at;  // for what others wrote
+  std::string sync_error;
   std::deque<Complaint> complaints;
   wire::FragmentBuffer fragment_scratch{};
   wire::Decoder decoder;

@@ -171,7 +171,7 @@ void Node::Impl::on_have_request(Peer& peer) {
 void Node::Impl::on_want(Peer& peer, const wire::Want& want) {
   const std::size_t credit = std::min<std::size_t>(want.credit_bytes, kMaxServeBytes);
   for (const wire::WantEntry& entry : want.entries) {
-    const auto record = store.find(entry.id);
+    const auto record = entry.id.seq < told(entry.id.log) ? store.find(entry.id) : nullptr;
     if (record == nullptr) {
       refuse(Refusal::want_unknown);
       continue;
@@ -198,7 +198,11 @@ void Node::Impl::on_head(Peer& peer, const wire::Head& head) {
 
 void Node::Impl::take_fetched() {
   constexpr std::size_t kMostComplaints = 64;
-  for (const Fetcher::Stored& record : fetcher.take_stored()) stored(record.id, record.hops);
+  constexpr auto kSyncOthers = std::chrono::seconds(1);  // they can be had again
+  for (const Fetcher::Stored& record : fetcher.take_stored()) {
+    stored(record.id, record.hops);
+    if (!sync_at) sync_at = now + kSyncOthers;
+  }
   for (const Fetcher::Spoilt& spoilt : fetcher.take_spoilt()) {
     const auto from = peers.find(spoilt.from);
     if (from != peers.end() && spoilt.reason != Refusal::forked) from->second.asks.avoid(now);

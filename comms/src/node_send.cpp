@@ -87,7 +87,8 @@ void Node::Impl::put_status(wire::Encoder& out, const RobotId& except, RobotId& 
 
 void Node::Impl::put_have(wire::Encoder& out, Peer& peer) {
   have_scratch.clear();
-  for (const LogId& log : peer.outbox.changed()) have_scratch.push_back({log, held(log)});
+  for (const LogId& log : peer.outbox.changed())
+    if (told(log) > 0) have_scratch.push_back({log, told(log)});
   const std::size_t n = out.have(frontier_digest, have_scratch);
   if (n == 0) return;
   peer.outbox.told(now, have_scratch, n);

@@ -10,6 +10,10 @@ constexpr auto kUnequalInterval = std::chrono::milliseconds(500);  // while a ne
 }  // namespace
 
 void Node::Impl::tick() {
+  if (!undurable.empty() || (sync_at && *sync_at <= now)) {
+    sync_at.reset();
+    settle_own();
+  }
   for (auto& [endpoint, peer] : peers) tick(peer);
   if (trickle.due(now)) beacon_all();
   if (seeking.due(now)) seek();
@@ -46,7 +50,8 @@ void Node::Impl::peer_down(Peer& peer) {
 }
 
 void Node::Impl::tell_all(Peer& peer) {
-  for (const auto& [log, count] : store.frontier()) peer.outbox.tell(log, now);
+  for (const auto& [log, count] : store.frontier())
+    if (told(log) > 0) peer.outbox.tell(log, now);
 }
 
 void Node::Impl::changed() {
@@ -74,8 +79,11 @@ void Node::Impl::seek() {
 }
 
 Instant Node::Impl::next_deadline() const {
+  constexpr auto kLookAgain = std::chrono::milliseconds(2);  // how far the disk has come
   if (plan_due || group_due || !answers.empty()) return now;
   Instant next = std::min({trickle.next(), seeking.next(), fetcher.next_deadline(peers)});
+  if (!undurable.empty()) next = std::min(next, now + kLookAgain);
+  if (sync_at) next = std::min(next, *sync_at);
   for (const auto& [endpoint, peer] : peers) next = std::min(next, next_deadline(peer));
   return std::max(next, now);
 }

@@ -61,17 +61,6 @@ Result<std::unique_ptr<Radio>> Radio::open(const Config& config, Listener listen
   if (!node) return node.error();
   auto port = open_port(config, *node);
   if (!port) return port.error();
-  std::unique_ptr<TeamSeal> seal;
-  if (!config.alone()) {
-    auto opened = TeamSeal::open(config, log);
-    if (!opened) return opened.error();
-    seal = std::move(*opened);
-    if (seal)
-      log.line("{}", seal->words());
-    else
-      log.line("no team key: this robot talks to this machine only (`onemapctl team init` makes a key)");
-  }
-  node->sealed = seal != nullptr;
   LifeCounter life(config.out);
   if (auto begun = life.begin(wall_clock_ns()); !begun)
     log.warn(
@@ -84,6 +73,17 @@ Result<std::unique_ptr<Radio>> Radio::open(const Config& config, Listener listen
   else if (!identity)
     return identity.error();
   node->identity = identity ? *identity : passing_identity();
+  std::unique_ptr<TeamSeal> seal;
+  if (!config.alone()) {
+    auto opened = TeamSeal::open(config, *node->identity, log);
+    if (!opened) return opened.error();
+    seal = std::move(*opened);
+    if (seal)
+      log.line("{}", seal->words());
+    else
+      log.line("no team key: this robot talks to this machine only (`onemapctl team init` makes a key)");
+  }
+  node->sealed = seal != nullptr;
   return std::unique_ptr<Radio>(
       new Radio(config, std::move(*node), life, std::move(*port), std::move(seal), std::move(listener), failures, log));
 }
