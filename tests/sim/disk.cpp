@@ -6,7 +6,7 @@
 #include <span>
 
 #include "comms/memory_store.hpp"
-#include "comms/wire/frames.hpp"
+#include "comms/wire/payload.hpp"
 #include "hal/base/bytes.hpp"
 
 namespace onemap::comms::sim {
@@ -18,17 +18,21 @@ std::uint64_t checksum(std::span<const std::uint8_t> head, std::span<const std::
   return wire::body_hash(0, head) ^ wire::body_hash(1, body);
 }
 
+// The body with its seal, as it travels.
 void write_record(const Record& record, std::vector<std::uint8_t>& file) {
+  std::vector<std::uint8_t> payload = record.body;
+  payload.insert(payload.end(), record.seal.previous.begin(), record.seal.previous.end());
+  payload.insert(payload.end(), record.seal.signature.begin(), record.seal.signature.end());
   std::array<std::uint8_t, kHeadBytes> head;
   std::uint8_t* at = std::copy(record.id.log.robot.bytes.begin(), record.id.log.robot.bytes.end(), head.begin());
   at = put_little_endian(at, record.id.log.lane);
   at = put_little_endian(at, record.id.log.incarnation);
   at = put_little_endian(at, record.id.seq);
   at = put_little_endian(at, record.kind);
-  at = put_little_endian(at, static_cast<std::uint32_t>(record.body.size()));
-  put_little_endian(at, checksum(std::span(head).first(kHeadBytes - 8), record.body));
+  at = put_little_endian(at, static_cast<std::uint32_t>(payload.size()));
+  put_little_endian(at, checksum(std::span(head).first(kHeadBytes - 8), payload));
   file.insert(file.end(), head.begin(), head.end());
-  file.insert(file.end(), record.body.begin(), record.body.end());
+  file.insert(file.end(), payload.begin(), payload.end());
 }
 
 std::optional<Record> read_record(ByteReader& in) {
@@ -44,8 +48,8 @@ std::optional<Record> read_record(ByteReader& in) {
   const auto size = fields.get<std::uint32_t>();
   const auto sum = in.get<std::uint64_t>();
   const auto body = in.bytes(size);
-  if (!in.ok() || sum != checksum(head, body)) return std::nullopt;
-  record.body.assign(body.begin(), body.end());
+  if (!in.ok() || sum != checksum(head, body) || body.size() < kSealBytes) return std::nullopt;
+  wire::take_apart({body.begin(), body.end()}, record);
   return record;
 }
 }  // namespace
@@ -64,6 +68,7 @@ class JournalStore final : public LogStore {
     }
     disk_.file_.resize(good);
     disk_.durable_ = good;
+    durable_to_ = records_.frontier();
   }
   Status append(Record record) override {
     std::vector<std::uint8_t> bytes;
@@ -74,7 +79,12 @@ class JournalStore final : public LogStore {
   }
   Status sync() override {
     disk_.durable_ = disk_.file_.size();
+    durable_to_ = records_.frontier();
     return success();
+  }
+  std::uint32_t durable(const LogId& log) const override {
+    const auto at = durable_to_.find(log);
+    return at == durable_to_.end() ? 0 : at->second;
   }
   std::shared_ptr<const Record> find(const RecordId& id) const override { return records_.find(id); }
   void scan(const std::function<void(const std::shared_ptr<const Record>&)>& visit) const override {
@@ -87,6 +97,7 @@ class JournalStore final : public LogStore {
  private:
   JournalDisk& disk_;
   MemoryStore records_;
+  VersionVector durable_to_;
 };
 
 std::unique_ptr<LogStore> JournalDisk::open() { return std::make_unique<JournalStore>(*this); }
