@@ -29,7 +29,7 @@ constexpr const char* kDescription =
     "part of one (replay:DIR:FROM:TO) DIR/groundtruth.txt, and coverage is of the frames of that part.";
 constexpr const char* kFooter =
     "Examples:\n"
-    "  onemap-eval out/trajectory.txt fr1_xyz/groundtruth.txt\n"
+    "  onemap-eval out/trajectory.txt fr1_xyz/groundtruth.txt --table\n"
     "  onemap-eval out/robot1/global/robot1.txt replay:fr1_xyz:0:330 out/robot1/global/robot2.txt "
     "replay:fr1_xyz:230:560\n"
     "  onemap-eval out/global/a.txt 'simulated:ring?frames=1200&fps=10' --json\n"
@@ -132,19 +132,21 @@ Ending eval(const std::vector<std::string>& arguments) {
   CLI::App app(kDescription, kProgram);
   std::vector<std::string> files;
   EvaluationSettings settings;
-  bool json = false;
+  bool json = false, table = false;
   app.add_option("files", files, "EST GT [EST GT ...]")->required()->type_name("");
   app.add_option("--max-dt", settings.max_dt_s, "seconds between an estimate and its ground-truth pose")
       ->capture_default_str();
   app.add_option("--rpe", settings.rpe_delta_s, "seconds over which the relative pose error is taken")
       ->capture_default_str();
-  app.add_flag("--json", json, "print JSON");
+  auto* as_json = app.add_flag("--json", json, "print JSON");
+  app.add_flag("--table", table, "print a table with units")->excludes(as_json);
   app.footer(kFooter);
   if (auto ending = parse_command_line(app, arguments)) return *ending;
   if (const std::string what = wrong(files, settings); !what.empty()) return {Exit::usage, complaint(kProgram, what)};
   const Result<TeamEvaluation> evaluation = run(files, settings);
   if (!evaluation) return {Exit::failed, complaint(kProgram, evaluation.error().text())};
-  return {Exit::done, json ? to_json(*evaluation) : to_text(*evaluation, settings)};
+  if (json) return {Exit::done, to_json(*evaluation)};
+  return {Exit::done, table ? to_table(*evaluation, settings) : to_text(*evaluation, settings)};
 }
 
 }  // namespace

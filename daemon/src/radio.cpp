@@ -62,17 +62,6 @@ Result<std::unique_ptr<Radio>> Radio::open(const Config& config, Listener listen
   if (!node) return node.error();
   auto port = open_port(config, *node);
   if (!port) return port.error();
-  std::unique_ptr<TeamSeal> seal;
-  if (!config.alone()) {
-    auto opened = TeamSeal::open(config, log);
-    if (!opened) return opened.error();
-    seal = std::move(*opened);
-    if (seal)
-      log.line("{}", seal->words());
-    else
-      log.line("no team key: this robot talks to this machine only (`onemapctl team init` makes a key)");
-  }
-  node->sealed = seal != nullptr;
   LifeCounter life(config.out);
   if (auto begun = life.begin(wall_clock_ns()); !begun)
     log.warn(
@@ -83,9 +72,23 @@ Result<std::unique_ptr<Radio>> Radio::open(const Config& config, Listener listen
   for (const auto& [own, count] : store.log->frontier())
     if (own.robot == node->self && own.incarnation >= life.number()) (void)life.begin_after(own.incarnation);
   node->incarnation = life.number();
-  auto identity = open_identity(config.out, log);
-  if (!identity) return identity.error();
-  node->identity = *identity;
+  auto identity = open_identity(config.out + "/identity");
+  if (!identity && config.alone())
+    log.warn("{}; this robot is alone and signs with a key for this life only", identity.error().text());
+  else if (!identity)
+    return identity.error();
+  node->identity = identity ? *identity : passing_identity();
+  std::unique_ptr<TeamSeal> seal;
+  if (!config.alone()) {
+    auto opened = TeamSeal::open(config, *node->identity, log);
+    if (!opened) return opened.error();
+    seal = std::move(*opened);
+    if (seal)
+      log.line("{}", seal->words());
+    else
+      log.line("no team key: this robot talks to this machine only (`onemapctl team init` makes a key)");
+  }
+  node->sealed = seal != nullptr;
   return std::unique_ptr<Radio>(new Radio(config, std::move(store), std::move(*node), life, std::move(*port),
                                           std::move(seal), std::move(listener), failures, log));
 }

@@ -13,8 +13,6 @@
 #include "comms/udp/udp_port.hpp"
 #include "control/key_file.hpp"
 #include "daemon/addresses.hpp"
-#include "daemon/identity_file.hpp"
-#include "daemon/set_aside.hpp"
 #include "hal/base/file.hpp"
 
 namespace onemap::daemon {
@@ -71,14 +69,12 @@ Status check_reach_without_key(const Config& config) {
   return Error{"network.group", what_to_do("\"" + config.group + "\" reaches other machines")};
 }
 
-Result<std::unique_ptr<TeamSeal>> TeamSeal::open(const Config& config, Log& log) {
+Result<std::unique_ptr<TeamSeal>> TeamSeal::open(const Config& config, const comms::Identity& identity, Log& log) {
   const std::string file = team_key_file(config);
   if (file.empty()) return std::unique_ptr<TeamSeal>();
   const auto team = control::read_secret(file, control::kTeamKeyKind);
   if (!team) return team.error();
-  auto identity = open_identity(config.out, log);
-  if (!identity) return identity.error();
-  std::unique_ptr<TeamSeal> seal(new TeamSeal(config.out, *team, std::move(*identity)));
+  std::unique_ptr<TeamSeal> seal(new TeamSeal(config.out, *team, identity));
   if (auto read = seal->read_pins(); !read) return read.error();
   if (config.key_log.empty()) return seal;
   log.warn("the keys of all sessions are written to {}: whoever reads it can read this robot's traffic",

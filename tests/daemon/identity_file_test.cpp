@@ -4,41 +4,51 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include "support/program.hpp"
+#include "support/temp_folder.hpp"
+#include "support/text_of.hpp"
 
 namespace onemap::daemon {
 namespace {
 
-using test::TempFolder;
-
 TEST(IdentityFile, IsMadeOnceAndStays) {
-  const TempFolder folder, another;
-  Log log("r1");
-  const auto first = open_identity(folder.path().string(), log);
+  const test::TempFolder folder;
+  const auto first = open_identity(folder / "identity");
   ASSERT_TRUE(first.ok()) << first.error().text();
   struct stat entry {};
   ASSERT_EQ(::stat((folder / "identity").c_str(), &entry), 0);
   EXPECT_EQ(entry.st_mode & 0777, 0600u);
-  EXPECT_EQ(open_identity(folder.path().string(), log)->public_key(), first->public_key());
-  EXPECT_NE(open_identity(another.path().string(), log)->public_key(), first->public_key());
+  EXPECT_EQ(open_identity(folder / "identity")->public_key(), first->public_key());
+  EXPECT_NE(open_identity(folder / "another")->public_key(), first->public_key());
+  EXPECT_NE(passing_identity().public_key(), passing_identity().public_key());
 }
 
 TEST(IdentityFile, WhatIsNoKeyIsLeftAsItIs) {
-  const TempFolder folder;
-  Log log("r1");
-  folder.write("identity", "hello\n");
-  ::chmod((folder / "identity").c_str(), 0600);
-  const auto opened = open_identity(folder.path().string(), log);
-  ASSERT_FALSE(opened.ok());
-  EXPECT_THAT(opened.error().text(), testing::HasSubstr("take this robot for another one"));
-  EXPECT_EQ(test::text_of(folder / "identity"), "hello\n");
+  const test::TempFolder folder;
+  for (const std::string& text : {std::string(), std::string("hello\n"), std::string(64, 'g') + "\n",
+                                  std::string(63, 'a') + "\n", std::string(64, 'a'), std::string(64, 'A') + "\n"}) {
+    folder.write("identity", text);
+    ::chmod((folder / "identity").c_str(), 0600);
+    const auto opened = open_identity(folder / "identity");
+    ASSERT_FALSE(opened.ok()) << text;
+    EXPECT_THAT(opened.error().text(), testing::HasSubstr("identity"));
+    EXPECT_THAT(opened.error().text(), testing::HasSubstr("not a robot's key"));
+    EXPECT_EQ(test::text_of(folder / "identity"), text);
+  }
 }
 
-TEST(IdentityFile, WhoCanKeepNothingHasAKeyForThisLife) {
-  Log log("r1");
-  const auto one = open_identity("/nonexistent/place", log), two = open_identity("/nonexistent/place", log);
-  ASSERT_TRUE(one.ok() && two.ok());
-  EXPECT_NE(one->public_key(), two->public_key());
+TEST(IdentityFile, OthersMustNotReadIt) {
+  const test::TempFolder folder;
+  ASSERT_TRUE(open_identity(folder / "identity").ok());
+  ::chmod((folder / "identity").c_str(), 0640);
+  const auto opened = open_identity(folder / "identity");
+  ASSERT_FALSE(opened.ok());
+  EXPECT_THAT(opened.error().text(), testing::HasSubstr("chmod 600"));
+}
+
+TEST(IdentityFile, AFolderThatCannotBeWrittenIsAnError) {
+  const auto opened = open_identity("/nonexistent/identity");
+  ASSERT_FALSE(opened.ok());
+  EXPECT_THAT(opened.error().text(), testing::HasSubstr("No such file"));
 }
 
 }  // namespace

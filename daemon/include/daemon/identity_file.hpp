@@ -2,15 +2,16 @@
 #include <string>
 
 #include "comms/identity.hpp"
-#include "daemon/log.hpp"
 #include "hal/base/result.hpp"
 
 namespace onemap::daemon {
 
-// The key pair of this robot, with which it signs its records and greets its team: OUT/identity (control/key_file.hpp),
-// made when there is none. A robot whose folder cannot be written to has another key in each life, and says so. The
-// error: the file says something else, or others may read it. It is left as it is, because a robot with another key is
-// another robot to its team.
-Result<comms::Identity> open_identity(const std::string& out, Log& log);
+// The key pair of this robot, as FILE holds it: the 64 hexadecimal digits of its seed, for nobody's eyes but its own
+// (0600). A file that is not there is made, with a seed from the kernel. One that says something else, or that others
+// may read, is left as it is: the error says what to do about it, because a robot with another key is another robot to
+// its team.
+Result<comms::Identity> open_identity(const std::string& file);
+// For a robot that can keep nothing: a key for this life alone.
+comms::Identity passing_identity();
 
 }  // namespace onemap::daemon
