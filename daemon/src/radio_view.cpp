@@ -31,6 +31,16 @@ void Radio::log_refusals() {
   }
 }
 
+// Who served what, so that somebody can look after that robot.
+void Radio::log_complaints() {
+  while (const auto complaint = node_->next_complaint()) {
+    const LogId& log = complaint->record.log;
+    log_.limited(fmt::format("complaint {} {}", name(complaint->reason), log.robot.name()),
+                 "record {} of {} in lane {}, from {} at {}: {}", complaint->record.seq, log.robot.name(), log.lane,
+                 complaint->from.name(), comms::to_string(complaint->endpoint), words(complaint->reason));
+  }
+}
+
 void Radio::log_conflict(Instant now) {
   const auto conflict = node_->id_conflict();
   if (conflict && now - conflict->when < kConflictFresh)

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "comms/disk/disk_store.hpp"
+#include "comms/disk/posix_disk.hpp"
 #include "comms/memory_store.hpp"
 #include "comms/node.hpp"
 #include "comms/udp/udp_port.hpp"
@@ -83,8 +85,15 @@ class Radio {
 
  private:
   static constexpr std::size_t kOutbox = 64;
-  Radio(const Config& config, comms::NodeConfig node, LifeCounter life, std::unique_ptr<comms::DatagramPort> port,
-        std::unique_ptr<TeamSeal> seal, Listener listener, Failures& failures, Log& log);
+  struct Store {  // on the disk, if it can be
+    std::unique_ptr<comms::PosixDisk> disk;
+    std::unique_ptr<comms::LogStore> log;
+    comms::DiskStore* kept = nullptr;  // the log, when it is on the disk
+  };
+  static Store open_store(const Config& config, Log& log);
+  Radio(const Config& config, Store store, comms::NodeConfig node, LifeCounter life,
+        std::unique_ptr<comms::DatagramPort> port, std::unique_ptr<TeamSeal> seal, Listener listener,
+        Failures& failures, Log& log);
   void begin_node();
   void on_timer(Instant now);
   Instant next_deadline() const;
@@ -103,6 +112,8 @@ class Radio {
   void end_life(Instant now, OutgoingRecord hello);
   void rise_again();
   void hand_out_applied();
+  void forget_what(const Record& replaces);
+  void log_complaints();
   void log_neighbours();
   void log_refusals();
   void log_network();
@@ -116,7 +127,9 @@ class Radio {
   LifeCounter life_;
   unsigned new_lives_ = 0;
   comms::NodeConfig node_config_;
-  comms::MemoryStore store_;
+  Store store_;
+  // Of each log the last record of each kind of which only the last one counts.
+  std::map<std::pair<LogId, std::uint16_t>, RecordId> last_of_kind_;
   std::unique_ptr<comms::DatagramPort> port_;
   const std::unique_ptr<TeamSeal> seal_;  // nullptr: no team key, and no guard
   std::unique_ptr<comms::Node> node_;
