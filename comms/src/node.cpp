@@ -32,6 +32,7 @@ Node::Impl::Impl(NodeConfig config_, LogStore& store_)
       fetcher({config.credit_bytes, config.most_credit_bytes, config.reassembly_bytes}, store, notary, counters,
               [this](const LogId& log) { return judge(log); }),
       team(config.self, config.incarnation, config.max_robots, config.max_neighbours),
+      talks(config.self, config.incarnation),
       trickle(config.beacon_min, config.beacon_max),
       seeking(config.beacon_min, std::min<Duration>(config.beacon_max, kSeekInterval)),
       random(seed_of(config.self, config.incarnation)),
@@ -182,6 +183,13 @@ void Node::set_local_status(Instant now, std::uint64_t map_digest, std::uint8_t 
   if (impl_->team.set_own(impl_->frontier_digest, map_digest, flags)) impl_->changed();
 }
 
+void Node::bring(Instant now, Scalar which, double own) {
+  impl_->advance(now);
+  impl_->talks.bring(now, which, own);
+}
+
+ScalarsView Node::scalars() const { return impl_->talks.view(); }
+
 bool Node::next_outgoing(OutgoingDatagram& datagram) { return impl_->next_outgoing(datagram); }
 
 bool Node::next_applied(std::shared_ptr<const Record>& record) {
@@ -210,11 +218,11 @@ std::vector<NeighbourStatus> Node::neighbours() const {
   std::vector<NeighbourStatus> all;
   for (const auto& [endpoint, peer] : impl_->peers) {
     if (peer.who.incarnation == 0) continue;
-    all.push_back({peer.who.robot, peer.who.incarnation, endpoint, peer.who.alive, peer.who.last_heard,
-                   peer.session.loss(), peer.round_trip.smoothed(), peer.bytes_in, peer.bytes_out,
-                   peer.rate.bytes_per_second(), peer.rate.queue(), peer.rate.loss(),
-                   peer.asks.outstanding() * wire::kFragmentBytes, peer.serve.queued_bytes(),
-                   peer.frontier.claimed_digest(), peer.word.map_digest, peer.word.flags});
+    all.push_back(
+        {peer.who.robot, peer.who.incarnation, endpoint, peer.who.alive, peer.who.last_heard, peer.session.loss(),
+         peer.round_trip.smoothed(), peer.bytes_in, peer.bytes_out, peer.rate.bytes_per_second(), peer.rate.queue(),
+         std::max(peer.rate.loss(), peer.word.loss_there.value_or(0.0)), peer.asks.outstanding() * wire::kFragmentBytes,
+         peer.serve.queued_bytes(), peer.frontier.claimed_digest(), peer.word.map_digest, peer.word.flags});
   }
   return all;
 }

@@ -8,6 +8,7 @@
 #include "comms/node.hpp"
 #include "comms/wire.hpp"
 #include "comms/wire/payload.hpp"
+#include "consensus/talks.hpp"
 #include "fetch/fetcher.hpp"
 #include "hal/base/splitmix.hpp"
 #include "hash_cache.hpp"
@@ -71,6 +72,7 @@ struct Node::Impl {
   void on_have_request(Peer& peer);
   void on_want(Peer& peer, const wire::Want& want);
   void on_data(Peer& peer, const wire::Data& data);
+  void on_mass(Peer& peer, const wire::Mass& mass);
   void on_feedback(Peer& peer, const wire::Feedback& feedback);
   void on_head(Peer& peer, const wire::Head& head);
   void take_fetched();
@@ -84,6 +86,7 @@ struct Node::Impl {
   void changed();  // something that beacons tell
   void beacon_all();
   void seek();
+  void talk();
   bool all_consistent() const;
   void tell_all(Peer& peer);
   Instant next_deadline() const;
@@ -99,6 +102,7 @@ struct Node::Impl {
   bool build_data(OutgoingDatagram& datagram);
   Peer* next_to_serve();
   bool build_push(OutgoingDatagram& datagram);
+  void put_mass(wire::Encoder& out, Peer& peer);
   void put_feedback(wire::Encoder& out, Peer& peer);
   std::optional<std::size_t> put_fragment(wire::Encoder& out, ServeQueue& queue, std::uint8_t lane);
   void put_beacon(wire::Encoder& out);
@@ -121,6 +125,7 @@ struct Node::Impl {
   Notary notary;
   Fetcher fetcher;
   TeamTable team;
+  Talks talks;
   std::optional<IdConflict> conflict;
   std::optional<std::uint64_t> outlived;
   std::uint64_t frontier_digest = 0;

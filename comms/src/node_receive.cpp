@@ -60,6 +60,7 @@ void Node::Impl::peer_up(Peer& peer) {
   peer.outbox.beacon_due = true;
   peer.pings.due = true;
   peer.frontier.be_patient_again();
+  talks.team_changed(now);
   team.met(peer.who.robot, peer.who.incarnation, now);
   // The author is here itself: what others told of later lives of it is not asked for any longer.
   fetcher.abandon(
@@ -89,6 +90,7 @@ void Node::Impl::on_frame(Peer& peer, const Session::Arrival& arrival, const wir
     void operator()(const wire::Head& f) const { node.on_head(peer, f); }
     void operator()(const wire::Ping& f) const { peer.pings.answer_due = f.token; }
     void operator()(const wire::Pong& f) const { node.on_pong(peer, f); }
+    void operator()(const wire::Mass& f) const { node.on_mass(peer, f); }
     void operator()(const wire::Feedback& f) const { node.on_feedback(peer, f); }
     void operator()(const wire::LaterLife& f) const { node.on_later_life(f); }
   };
@@ -114,7 +116,8 @@ void Node::Impl::on_status(const RobotStatus& status) {
 }
 
 void Node::Impl::on_beacon(Peer& peer, const Session::Arrival& arrival, const wire::Beacon& beacon) {
-  peer.word = {beacon.map_digest, beacon.flags};
+  peer.word.map_digest = beacon.map_digest;
+  peer.word.flags = beacon.flags;
   if (arrival.unicast) peer.frontier.claim(now, arrival.at, beacon.frontier_digest, peer.round_trip.smoothed());
   const auto merged = team.merge({beacon.robot, peer.who.incarnation, beacon.status_counter, beacon.frontier_digest,
                                   beacon.map_digest, beacon.flags},
@@ -215,6 +218,12 @@ void Node::Impl::take_fetched() {
 
 void Node::Impl::on_pong(Peer& peer, const wire::Pong& pong) {
   if (const auto time = peer.pings.answered(now, pong.token)) peer.round_trip.sample(*time);
+}
+
+void Node::Impl::on_mass(Peer& peer, const wire::Mass& mass) {
+  peer.word.loss_there = mass.heard == 0 ? std::nullopt : std::optional(1.0 - mass.heard / 65535.0);
+  peer.word.neighbours = std::max<std::size_t>(mass.neighbours, 1);
+  if (!talks.heard(now, peer.who.robot, mass, peer.round_trip.smoothed() / 2)) refuse(Refusal::bad_mass);
 }
 
 void Node::Impl::on_feedback(Peer& peer, const wire::Feedback& feedback) { peer.rate.feedback(now, feedback); }

@@ -99,7 +99,7 @@ TEST(DiskStore, FullRefusesVoxelsFirstAndSaysWhy) {
   const LogId bulk{kRobot, 3, 1}, pose{kRobot, 1, 1};
   while (store->append(logs.next(bulk, 1, body(2000)))) ++voxels;
   const auto refused = store->append(logs.record({bulk, static_cast<std::uint32_t>(voxels)}, 1, body(2000)));
-  EXPECT_THAT(refused.error().text(), testing::HasSubstr("store.budget_mb"));
+  EXPECT_THAT(refused.error().text(), testing::HasSubstr("network.store_budget_mb"));
   EXPECT_THAT(refused.error().text(), testing::HasSubstr("the last tenth is for control and poses"));
   while (store->append(logs.next(pose, 1, body(2000)))) ++poses;
   EXPECT_GE(voxels, 300u);

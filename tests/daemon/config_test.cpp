@@ -178,6 +178,7 @@ TEST_F(ConfigFile, TheExampleCarriesEveryValue) {
   all.key_log = "keys.log";
   all.bytes_per_second = 123456;
   all.store_budget_bytes = 3u << 20;
+  all.keep_log = false;
   all.once = true;
   all.quick_stop = true;
   all.speed = {true, 1};

@@ -13,7 +13,7 @@ using segment::frame_bytes;
 using segment::name_of;
 
 namespace {
-constexpr std::size_t kLeastSegment = std::size_t{2} << 20, kMostSegment = std::size_t{64} << 20;
+constexpr std::size_t kLeastSegment = std::size_t{64} << 10, kMostSegment = std::size_t{64} << 20;
 constexpr std::size_t kCleanAtOnce = std::size_t{256} << 10;
 
 DiskStoreConfig filled(DiskStoreConfig config) {
@@ -72,8 +72,8 @@ Status DiskStore::Impl::append(Record record) {
 
 Error DiskStore::Impl::full(const Record& record, const std::string& of_what) const {
   const bool bulk = record.id.log.lane >= kFirstBulkLane;
-  return {"the log is full", fmt::format("{} (store.budget_mb){}; a record of {} with {} bytes is not kept", of_what,
-                                         bulk ? ", the last tenth is for control and poses" : "",
+  return {"the log is full", fmt::format("{} (network.store_budget_mb){}; a record of {} with {} bytes is not kept",
+                                         of_what, bulk ? ", the last tenth is for control and poses" : "",
                                          record.id.log.robot.name(), record.body.size())};
 }
 

@@ -46,6 +46,7 @@ struct Config {
   std::string group;                            // multicast ADDR:PORT where robots meet; empty: none
   std::uint64_t bytes_per_second = 8'000'000;   // pacing of what is sent, over all neighbours
   std::size_t store_budget_bytes = 256u << 20;  // records held, everybody's
+  bool keep_log = true;                         // in OUT/log, unless the robot ends with its recording (once)
   bool once = false;                            // finish when the stream is over and the team agrees
   bool quick_stop = false;                      // a signal ends it within two seconds, without pictures
   Speed speed;
