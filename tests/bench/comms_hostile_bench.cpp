@@ -1,5 +1,5 @@
-// What garbage costs a robot with a team key: datagrams a second that one core throws away, by kind, beside what an
-// honest sealed datagram costs. bench_comms_hostile
+// What garbage costs a robot with a team key: datagrams a second that one core throws away, by kind.
+// bench_comms_hostile
 #include <fmt/format.h>
 
 #include <chrono>
@@ -14,7 +14,6 @@ namespace {
 
 using namespace comms;
 using sim::Datagram;
-using sim::OtherSide;
 using Clock = std::chrono::steady_clock;
 
 struct Victim {
@@ -44,13 +43,16 @@ struct Victim {
   }
 };
 
-// The shortest of five runs, so that others on the machine count least; ns a datagram, and how many were answered.
+constexpr int kRuns = 50;
+
+// The shortest of many short runs, so that others on the machine count least; ns a datagram, and how many were
+// answered.
 void measure(const char* name, std::size_t count, const std::function<const Datagram&(std::size_t)>& datagram,
              Victim& victim) {
   const Instant now{std::chrono::seconds(2)};
   double best = 1e30;
   std::size_t answers = 0;
-  for (int run = 0; run < 5; ++run) {
+  for (int run = 0; run < kRuns; ++run) {
     const auto begun = Clock::now();
     for (std::size_t i = 0; i < count; ++i) {
       const auto port = static_cast<std::uint16_t>(1000 + i % 60000);
@@ -75,7 +77,7 @@ int run() {
     bytes[2] = bytes[3] = 0;
     return bytes;
   };
-  const auto one = [&](const char* name, const Datagram& bytes, std::size_t count = 200'000) {
+  const auto one = [&](const char* name, const Datagram& bytes, std::size_t count = 2'000) {
     measure(
         name, count, [&](std::size_t) -> const Datagram& { return bytes; }, victim);
   };
@@ -86,32 +88,7 @@ int run() {
   one("a proof without the team's key", garbage(sealed::kProofBytes, 3));
   one("a cookie that nobody asked for", garbage(sealed::kCookieBytes, 4));
   one("frames of no session, 1200", garbage(1200, 5));
-  one("a group datagram by a stranger, 1200", garbage(1200, 9), 100'000);
-
-  OtherSide member(TeamKey({1, 2, 3}));
-  const Endpoint at = Endpoint::ipv4(10, 0, 0, 9, 4600);
-  const Instant now{std::chrono::seconds(1)};
-  OutgoingDatagram out;
-  victim.guard.on_datagram(now, at, member.hello(now));
-  if (!victim.guard.next_outgoing(out)) return 1;
-  victim.guard.on_datagram(now, at, member.proof(now, out.bytes()));
-  victim.answers();
-  if (victim.guard.sessions() != 1) return 1;
-  std::vector<Datagram> honest;
-  const Datagram frame{0x80 | 0x10, 0x8D, 0x04};  // a frame of a type that is skipped, and 1165 bytes
-  for (std::uint32_t i = 1; i <= 5 * 20'000; ++i) {
-    Datagram frames(1168);
-    std::copy(frame.begin(), frame.end(), frames.begin());
-    honest.push_back(member.sealed(frames, i));
-  }
-  Datagram forged = honest[0];
-  forged[600] ^= 1;
-  one("frames of a session, one bit flipped, 1200", forged, 50'000);
-  std::size_t next = 0;
-  measure(
-      "frames of a session, honest, 1200", 20'000, [&](std::size_t) -> const Datagram& { return honest[next++]; },
-      victim);
-  one("the same one again, 1200", honest[0], 50'000);
+  one("a group datagram by a stranger, 1200", garbage(1200, 9));
   return 0;
 }
 
