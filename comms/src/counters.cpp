@@ -52,6 +52,7 @@ constexpr std::array<Texts, kRefusalCount> kTexts{{
     {Refusal::robots_full, "robots_full", "a log of a robot; there is no room for more robots"},
     {Refusal::status_unknown, "status_unknown", "hearsay about a robot or a life of which no record is here", true},
     {Refusal::own_log_ahead, "own_log_ahead", "an offer of own records that this robot never wrote"},
+    {Refusal::bad_mass, "bad_mass", "amounts in the team's talks that no honest robot says: no number, or too great"},
     {Refusal::later_life, "later_life", "records or hearsay in this robot's name, of a life that it did not begin"},
     {Refusal::contradicts_author, "contradicts_author",
      "records of a later life of a robot than the one in which it greets this robot itself"},
@@ -101,6 +102,8 @@ std::string_view name(FrameType type) {
       return "head";
     case FrameType::later_life:
       return "later_life";
+    case FrameType::mass:
+      return "mass";
   }
   return "unknown";
 }

@@ -32,6 +32,7 @@ Node::Impl::Impl(NodeConfig config_, LogStore& store_)
       fetcher({config.credit_bytes, config.most_credit_bytes, config.reassembly_bytes}, store, notary, counters,
               [this](const LogId& log) { return judge(log); }),
       team(config.self, config.incarnation, config.max_robots, config.max_neighbours),
+      talks(config.self, config.incarnation),
       trickle(config.beacon_min, config.beacon_max),
       seeking(config.beacon_min, std::min<Duration>(config.beacon_max, kSeekInterval)),
       random(seed_of(config.self, config.incarnation)),
@@ -102,10 +103,29 @@ Result<RecordId> Node::Impl::append(std::uint8_t lane, std::uint16_t kind, std::
   const Hash hash = notary.seal_next(record, *config.identity);
   if (auto kept = store.append(record); !kept) return refused(kept.error().text());
   notary.took(record, hash);
-  if (auto kept = store.sync(); !kept) return refused(kept.error().text());  // durable before anybody hears of it
   ++counters.records_appended;
-  stored(id, 0);
+  undurable.push_back(id);  // durable before anybody hears of it
+  settle_own();
   return id;
+}
+
+void Node::Impl::settle_own() {
+  const Status synced = store.sync();
+  sync_error = synced ? std::string() : synced.error().text();
+  // In order within each log; a log whose records are durable does not wait for another's.
+  for (auto it = undurable.begin(); it != undurable.end();) {
+    if (store.durable(it->log) > it->seq) {
+      stored(*it, 0);
+      it = undurable.erase(it);
+    } else {
+      ++it;
+    }
+  }
+}
+
+std::uint32_t Node::Impl::told(const LogId& log) const {
+  const auto at = hops.find(log);
+  return at == hops.end() ? 0 : static_cast<std::uint32_t>(at->second.size());
 }
 
 void Node::Impl::stored(const RecordId& id, std::uint8_t hop_count) {
@@ -169,6 +189,13 @@ void Node::set_local_status(Instant now, std::uint64_t map_digest, std::uint8_t 
   if (impl_->team.set_own(impl_->frontier_digest, map_digest, flags)) impl_->changed();
 }
 
+void Node::bring(Instant now, Scalar which, double own) {
+  impl_->advance(now);
+  impl_->talks.bring(now, which, own);
+}
+
+ScalarsView Node::scalars() const { return impl_->talks.view(); }
+
 bool Node::next_outgoing(OutgoingDatagram& datagram) { return impl_->next_outgoing(datagram); }
 
 bool Node::next_applied(std::shared_ptr<const Record>& record) {
@@ -208,7 +235,7 @@ std::vector<NeighbourStatus> Node::neighbours() const {
                    peer.bytes_out,
                    peer.rate.bytes_per_second(),
                    peer.rate.queue(),
-                   peer.rate.loss(),
+                   std::max(peer.rate.loss(), peer.word.loss_there.value_or(0.0)),
                    peer.asks.outstanding() * wire::kFragmentBytes,
                    peer.serve.queued_bytes(),
                    peer.frontier.claimed_digest(),
@@ -247,7 +274,9 @@ std::set<RobotId> Node::incomplete() const {
   return robots;
 }
 
-std::string Node::store_full() const { return impl_->fetcher.store_full(); }
+std::string Node::store_full() const {
+  return impl_->sync_error.empty() ? impl_->fetcher.store_full() : impl_->sync_error;
+}
 
 std::optional<std::uint8_t> Node::hops(const RecordId& id) const { return impl_->hops_of(id); }
 

@@ -8,6 +8,7 @@
 #include "comms/node.hpp"
 #include "comms/wire.hpp"
 #include "comms/wire/payload.hpp"
+#include "consensus/talks.hpp"
 #include "fetch/fetcher.hpp"
 #include "hal/base/splitmix.hpp"
 #include "hash_cache.hpp"
@@ -28,7 +29,9 @@ struct Node::Impl {
   // node.cpp: the record set
   std::uint32_t held(const LogId& log) const;
   Result<RecordId> append(std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body);
-  void stored(const RecordId& id, std::uint8_t hops);  // the store has one record more
+  void stored(const RecordId& id, std::uint8_t hops);  // the store has one record more, that others may hear of
+  std::uint32_t told(const LogId& log) const;          // so many that they may
+  void settle_own();                                   // tells of own records that have become durable
   void push(const RecordId& id);
   void prepare(Peer& peer) const;
   std::optional<std::uint8_t> hops_of(const RecordId& id) const;
@@ -70,6 +73,7 @@ struct Node::Impl {
   void on_have_request(Peer& peer);
   void on_want(Peer& peer, const wire::Want& want);
   void on_data(Peer& peer, const wire::Data& data);
+  void on_mass(Peer& peer, const wire::Mass& mass);
   void on_feedback(Peer& peer, const wire::Feedback& feedback);
   void on_head(Peer& peer, const wire::Head& head);
   void take_fetched();
@@ -83,6 +87,7 @@ struct Node::Impl {
   void changed();  // something that beacons tell
   void beacon_all();
   void seek();
+  void talk();
   bool all_consistent() const;
   void tell_all(Peer& peer);
   Instant next_deadline() const;
@@ -98,6 +103,7 @@ struct Node::Impl {
   bool build_data(OutgoingDatagram& datagram);
   Peer* next_to_serve();
   bool build_push(OutgoingDatagram& datagram);
+  void put_mass(wire::Encoder& out, Peer& peer);
   void put_feedback(wire::Encoder& out, Peer& peer);
   std::optional<std::size_t> put_fragment(wire::Encoder& out, ServeQueue& queue, std::uint8_t lane);
   void put_beacon(wire::Encoder& out);
@@ -121,12 +127,16 @@ struct Node::Impl {
   Notary notary;
   Fetcher fetcher;
   TeamTable team;
+  Talks talks;
   std::optional<IdConflict> conflict;
   std::optional<std::uint64_t> outlived;
   std::uint64_t frontier_digest = 0;
   std::map<LogId, std::vector<std::uint8_t>> hops;
   HashCache hashes;
   ApplyQueue applied;
+  std::deque<RecordId> undurable;  // own records that nobody may hear of yet
+  std::optional<Instant> sync_at;  // for what others wrote
+  std::string sync_error;
   std::deque<Complaint> complaints;
   wire::FragmentBuffer fragment_scratch{};
   wire::Decoder decoder;

@@ -64,6 +64,7 @@ void Node::Impl::peer_up(Peer& peer) {
   peer.outbox.beacon_due = true;
   peer.pings.due = true;
   peer.frontier.be_patient_again();
+  talks.team_changed(now);
   team.met(peer.who.robot, peer.who.incarnation, now);
   // The author is here itself: what others told of later lives of it is not asked for any longer.
   fetcher.abandon(
@@ -93,6 +94,7 @@ void Node::Impl::on_frame(Peer& peer, const Session::Arrival& arrival, const wir
     void operator()(const wire::Head& f) const { node.on_head(peer, f); }
     void operator()(const wire::Ping& f) const { peer.pings.answer_due = f.token; }
     void operator()(const wire::Pong& f) const { node.on_pong(peer, f); }
+    void operator()(const wire::Mass& f) const { node.on_mass(peer, f); }
     void operator()(const wire::Feedback& f) const { node.on_feedback(peer, f); }
     void operator()(const wire::LaterLife& f) const { node.on_later_life(f); }
   };
@@ -118,7 +120,8 @@ void Node::Impl::on_status(const RobotStatus& status) {
 }
 
 void Node::Impl::on_beacon(Peer& peer, const Session::Arrival& arrival, const wire::Beacon& beacon) {
-  peer.word = {beacon.map_digest, beacon.flags};
+  peer.word.map_digest = beacon.map_digest;
+  peer.word.flags = beacon.flags;
   if (arrival.unicast) peer.frontier.claim(now, arrival.at, beacon.frontier_digest, peer.round_trip.smoothed());
   const auto merged = team.merge({beacon.robot, peer.who.incarnation, beacon.status_counter, beacon.frontier_digest,
                                   beacon.map_digest, beacon.flags},
@@ -175,7 +178,7 @@ void Node::Impl::on_have_request(Peer& peer) {
 void Node::Impl::on_want(Peer& peer, const wire::Want& want) {
   const std::size_t credit = std::min<std::size_t>(want.credit_bytes, kMaxServeBytes);
   for (const wire::WantEntry& entry : want.entries) {
-    const auto record = store.find(entry.id);
+    const auto record = entry.id.seq < told(entry.id.log) ? store.find(entry.id) : nullptr;
     if (record == nullptr) {
       refuse(Refusal::want_unknown);
       continue;
@@ -202,7 +205,11 @@ void Node::Impl::on_head(Peer& peer, const wire::Head& head) {
 
 void Node::Impl::take_fetched() {
   constexpr std::size_t kMostComplaints = 64;
-  for (const Fetcher::Stored& record : fetcher.take_stored()) stored(record.id, record.hops);
+  constexpr auto kSyncOthers = std::chrono::seconds(1);  // they can be had again
+  for (const Fetcher::Stored& record : fetcher.take_stored()) {
+    stored(record.id, record.hops);
+    if (!sync_at) sync_at = now + kSyncOthers;
+  }
   for (const Fetcher::Spoilt& spoilt : fetcher.take_spoilt()) {
     const auto from = peers.find(spoilt.from);
     if (from != peers.end() && spoilt.reason != Refusal::forked) from->second.asks.avoid(now);
@@ -215,6 +222,12 @@ void Node::Impl::take_fetched() {
 
 void Node::Impl::on_pong(Peer& peer, const wire::Pong& pong) {
   if (const auto time = peer.pings.answered(now, pong.token)) peer.round_trip.sample(*time);
+}
+
+void Node::Impl::on_mass(Peer& peer, const wire::Mass& mass) {
+  peer.word.loss_there = mass.heard == 0 ? std::nullopt : std::optional(1.0 - mass.heard / 65535.0);
+  peer.word.neighbours = std::max<std::size_t>(mass.neighbours, 1);
+  if (!talks.heard(now, peer.who.robot, mass, peer.round_trip.smoothed() / 2)) refuse(Refusal::bad_mass);
 }
 
 void Node::Impl::on_feedback(Peer& peer, const wire::Feedback& feedback) { peer.rate.feedback(now, feedback); }

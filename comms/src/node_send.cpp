@@ -90,7 +90,8 @@ void Node::Impl::put_status(wire::Encoder& out, const RobotId& except, RobotId& 
 
 void Node::Impl::put_have(wire::Encoder& out, Peer& peer) {
   have_scratch.clear();
-  for (const LogId& log : peer.outbox.changed()) have_scratch.push_back({log, held(log)});
+  for (const LogId& log : peer.outbox.changed())
+    if (told(log) > 0) have_scratch.push_back({log, told(log)});
   const std::size_t n = out.have(frontier_digest, have_scratch);
   if (n == 0) return;
   peer.outbox.told(now, have_scratch, n);
@@ -154,6 +155,7 @@ void Node::Impl::build_control(Peer& peer, OutgoingDatagram& datagram) {
       box.have_request_due = false;
       count_sent(FrameType::have_request);
     }
+    if (beacon || box.mass_due) put_mass(out, peer);
     if (!box.wants().empty()) put_wants(out, peer);
     // A beacon's digest must not run ahead of what the neighbour was told.
     if (!box.changed().empty() && (beacon || box.have_due(now))) put_have(out, peer);
@@ -169,6 +171,20 @@ void Node::Impl::put_round_trip(wire::Encoder& out, Peer& peer) {
   if (!pings.due || !out.ping(pings.next_token())) return;
   pings.sent(now);
   count_sent(FrameType::ping);
+}
+
+void Node::Impl::put_mass(wire::Encoder& out, Peer& peer) {
+  wire::Mass mass;
+  const double came = 1.0 - peer.session.loss();
+  mass.heard = static_cast<std::uint16_t>(std::clamp(came * 65535.0, 1.0, 65535.0));
+  mass.neighbours = static_cast<std::uint8_t>(std::min<std::ptrdiff_t>(
+      std::count_if(peers.begin(), peers.end(), [](const auto& entry) { return entry.second.who.alive; }), 255));
+  talks.tell(now, peer.who.robot, mass);
+  mass.has_amounts = mass.round != 0 && peer.outbox.amounts_left > 0;
+  if (!out.mass(mass)) return;
+  peer.outbox.mass_due = false;
+  if (mass.has_amounts) --peer.outbox.amounts_left;
+  count_sent(FrameType::mass);
 }
 
 void Node::Impl::put_feedback(wire::Encoder& out, Peer& peer) {

@@ -11,9 +11,14 @@ constexpr auto kUnequalInterval = std::chrono::milliseconds(500);  // while a ne
 }  // namespace
 
 void Node::Impl::tick() {
+  if (!undurable.empty() || (sync_at && *sync_at <= now)) {
+    sync_at.reset();
+    settle_own();
+  }
   for (auto& [endpoint, peer] : peers) tick(peer);
   if (trickle.due(now)) beacon_all();
   if (seeking.due(now)) seek();
+  if (talks.due(now)) talk();
   fetcher.on_timer(now, peers);
   take_fetched();
 }
@@ -40,6 +45,7 @@ void Node::Impl::peer_down(Peer& peer) {
   fetcher.drop(peer);
   if (living(peer.who.robot) == nullptr) team.left(peer.who.robot);
   judge_again();
+  talks.team_changed(now);
   peer.serve = {};
   peer.push.clear();
   peer.outbox.fell_silent();
@@ -47,7 +53,8 @@ void Node::Impl::peer_down(Peer& peer) {
 }
 
 void Node::Impl::tell_all(Peer& peer) {
-  for (const auto& [log, count] : store.frontier()) peer.outbox.tell(log, now);
+  for (const auto& [log, count] : store.frontier())
+    if (told(log) > 0) peer.outbox.tell(log, now);
 }
 
 void Node::Impl::changed() {
@@ -70,6 +77,16 @@ void Node::Impl::beacon_all() {
   trickle.said(now, all_consistent() ? config.beacon_max : kUnequalInterval, random);
 }
 
+// An exchange of the team's talks: everybody near is told what was given.
+void Node::Impl::talk() {
+  std::vector<Talks::Near> near;
+  for (auto& [endpoint, peer] : peers)
+    if (peer.who.alive) near.push_back({peer.who.robot, peer.word.neighbours});
+  if (!talks.exchange(now, near)) return;
+  for (auto& [endpoint, peer] : peers)
+    if (peer.who.alive) peer.outbox.amounts_due();
+}
+
 void Node::Impl::seek() {
   for (auto& [endpoint, peer] : peers)
     if (peer.configured && !peer.who.alive) peer.outbox.beacon_due = true;
@@ -78,8 +95,11 @@ void Node::Impl::seek() {
 }
 
 Instant Node::Impl::next_deadline() const {
+  constexpr auto kLookAgain = std::chrono::milliseconds(2);  // how far the disk has come
   if (plan_due || group_due || !answers.empty()) return now;
-  Instant next = std::min({trickle.next(), seeking.next(), fetcher.next_deadline(peers)});
+  Instant next = std::min({trickle.next(), seeking.next(), talks.next(), fetcher.next_deadline(peers)});
+  if (!undurable.empty()) next = std::min(next, now + kLookAgain);
+  if (sync_at) next = std::min(next, *sync_at);
   for (const auto& [endpoint, peer] : peers) next = std::min(next, next_deadline(peer));
   return std::max(next, now);
 }

@@ -2,11 +2,12 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
 #include <filesystem>
 
 #include "daemon/command_line.hpp"
 #include "evaluation/evaluation.hpp"
-#include "hal/backends/replay.hpp"
 #include "hal/backends/simulated.hpp"
 #include "hal/base/file.hpp"
 
@@ -29,7 +30,7 @@ constexpr const char* kDescription =
     "part of one (replay:DIR:FROM:TO) DIR/groundtruth.txt, and coverage is of the frames of that part.";
 constexpr const char* kFooter =
     "Examples:\n"
-    "  onemap-eval out/trajectory.txt fr1_xyz/groundtruth.txt\n"
+    "  onemap-eval out/trajectory.txt fr1_xyz/groundtruth.txt --table\n"
     "  onemap-eval out/robot1/global/robot1.txt replay:fr1_xyz:0:330 out/robot1/global/robot2.txt "
     "replay:fr1_xyz:230:560\n"
     "  onemap-eval out/global/a.txt 'simulated:ring?frames=1200&fps=10' --json\n"
@@ -67,47 +68,64 @@ Result<RobotTrajectories> read_simulated(const std::string& estimate_path, const
   return RobotTrajectories{estimate_path, text, std::move(*estimate), std::move(*truth), frames};
 }
 
-// The folder of `DIR` or `DIR:FROM:TO`.
-std::string folder_of(std::string path) {
-  for (int i = 0; i < 2; ++i) {
-    const std::size_t colon = path.rfind(':');
-    const bool number = colon != std::string::npos && colon + 1 < path.size() &&
-                        path.find_first_not_of("0123456789", colon + 1) == std::string::npos;
-    if (!number) break;
-    path.resize(colon);
-  }
-  return path;
+// Of `DIR` or `DIR:FROM:TO`.
+struct Part {
+  std::string folder;
+  std::optional<std::pair<std::size_t, std::size_t>> range;
+};
+Part part_of(const std::string& path) {
+  const auto number_behind = [&](std::size_t colon, std::size_t end) -> std::optional<std::size_t> {
+    std::size_t value = 0;
+    const char *const from = path.data() + colon + 1, *const to = path.data() + end;
+    const auto [stop, code] = std::from_chars(from, to, value);
+    return code == std::errc{} && stop == to ? std::optional(value) : std::nullopt;
+  };
+  const std::size_t second = path.rfind(':');
+  const std::size_t first = second == std::string::npos || second == 0 ? second : path.rfind(':', second - 1);
+  if (first == std::string::npos || first == second) return {path, std::nullopt};
+  const auto from = number_behind(first, second), to = number_behind(second, path.size());
+  if (!from || !to) return {path, std::nullopt};
+  return {path.substr(0, first), std::pair(*from, *to)};
 }
 
-// A recording's truth; what the camera would play are the frames that count.
-Result<RobotTrajectories> read_recorded(const std::string& estimate_path, const std::string& text) {
-  const auto address = hal::parse_camera_address(text);
-  if (!address) return address.error();
-  const auto camera = hal::open_replay(*address);
-  if (!camera) return camera.error();
-  const std::string truth_path = folder_of(address->path) + "/groundtruth.txt";
-  auto truth = read_trajectory(truth_path);
-  if (!truth) return truth.error();
+// The frames of associations.txt beside the truth; without that file, none.
+Result<std::optional<std::size_t>> listed_frames(const std::filesystem::path& folder) {
+  const std::filesystem::path list = folder / "associations.txt";
+  if (!std::filesystem::exists(list)) return std::optional<std::size_t>();
+  const Result<std::string> text = read_text_file(list.string());
+  if (!text) return text.error();
+  const std::size_t frames = count_listed_frames(*text);
+  if (frames == 0) return Error{list.string(), "no frames"};
+  return std::optional(frames);
+}
+
+Result<RobotTrajectories> read_recorded(const std::string& estimate_path, const std::string& truth_path,
+                                        const std::filesystem::path& folder) {
   auto estimate = read_trajectory(estimate_path);
   if (!estimate) return estimate.error();
-  return RobotTrajectories{estimate_path, text, std::move(*estimate), std::move(*truth), (*camera)->frames_expected()};
+  auto truth = read_trajectory(truth_path);
+  if (!truth) return truth.error();
+  const auto frames = listed_frames(folder);
+  if (!frames) return frames.error();
+  return RobotTrajectories{estimate_path, truth_path, std::move(*estimate), std::move(*truth), *frames};
+}
+
+Result<RobotTrajectories> read_part(const std::string& estimate_path, const std::string& text) {
+  const auto address = hal::parse_camera_address(text);
+  if (!address) return address.error();
+  const auto [folder, range] = part_of(address->path);
+  auto robot = read_recorded(estimate_path, folder + "/groundtruth.txt", folder);
+  if (!robot || !range) return robot;
+  const std::size_t end = std::min(range->second, robot->sequence_frames.value_or(range->second));
+  if (range->first >= end) return Error{text, "no frames"};
+  robot->sequence_frames = end - range->first;
+  return robot;
 }
 
 Result<RobotTrajectories> read_robot(const std::string& estimate_path, const std::string& truth_path) {
   if (truth_path.starts_with("simulated:")) return read_simulated(estimate_path, truth_path);
-  if (truth_path.starts_with("replay:")) return read_recorded(estimate_path, truth_path);
-  auto estimate = read_trajectory(estimate_path);
-  if (!estimate) return estimate.error();
-  auto truth = read_trajectory(truth_path);
-  if (!truth) return truth.error();
-  RobotTrajectories robot{estimate_path, truth_path, std::move(*estimate), std::move(*truth), std::nullopt};
-  const std::filesystem::path list = std::filesystem::path(truth_path).parent_path() / "associations.txt";
-  if (!std::filesystem::exists(list)) return robot;
-  const Result<std::string> text = read_text_file(list.string());
-  if (!text) return text.error();
-  robot.sequence_frames = count_listed_frames(*text);
-  if (*robot.sequence_frames == 0) return Error{list.string(), "no frames"};
-  return robot;
+  if (truth_path.starts_with("replay:")) return read_part(estimate_path, truth_path);
+  return read_recorded(estimate_path, truth_path, std::filesystem::path(truth_path).parent_path());
 }
 
 Result<TeamEvaluation> run(const std::vector<std::string>& files, const EvaluationSettings& settings) {
@@ -132,19 +150,21 @@ Ending eval(const std::vector<std::string>& arguments) {
   CLI::App app(kDescription, kProgram);
   std::vector<std::string> files;
   EvaluationSettings settings;
-  bool json = false;
+  bool json = false, table = false;
   app.add_option("files", files, "EST GT [EST GT ...]")->required()->type_name("");
   app.add_option("--max-dt", settings.max_dt_s, "seconds between an estimate and its ground-truth pose")
       ->capture_default_str();
   app.add_option("--rpe", settings.rpe_delta_s, "seconds over which the relative pose error is taken")
       ->capture_default_str();
-  app.add_flag("--json", json, "print JSON");
+  auto* as_json = app.add_flag("--json", json, "print JSON");
+  app.add_flag("--table", table, "print a table with units")->excludes(as_json);
   app.footer(kFooter);
   if (auto ending = parse_command_line(app, arguments)) return *ending;
   if (const std::string what = wrong(files, settings); !what.empty()) return {Exit::usage, complaint(kProgram, what)};
   const Result<TeamEvaluation> evaluation = run(files, settings);
   if (!evaluation) return {Exit::failed, complaint(kProgram, evaluation.error().text())};
-  return {Exit::done, json ? to_json(*evaluation) : to_text(*evaluation, settings)};
+  if (json) return {Exit::done, to_json(*evaluation)};
+  return {Exit::done, table ? to_table(*evaluation, settings) : to_text(*evaluation, settings)};
 }
 
 }  // namespace

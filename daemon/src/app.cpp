@@ -183,6 +183,7 @@ void App::take_standing(Instant now) {
   team_->presence(radio.last_sign, radio.records_complete);
   const TeamView team = team_->view();
   radio_->say(team.digest, finished_);
+  radio_->bring_brightness(pipeline_->brightness());
   map_agreement_.look(team, radio, now);
   radio_->leave_out(team.gone);
   const bool agreed_before = standing_.agreed, stuck_before = standing_.stuck;

@@ -66,6 +66,9 @@ DaemonStatus App::status() const {
   s.robots_in_map = team.robots_in_map;
   for (const auto& [robot, keyframes] : team.keyframes_in_map) s.keyframes_in_map[robot.name()] = keyframes;
   s.frontier_digest = radio.frontier_digest;
+  for (std::size_t k = 0; k < comms::kScalars; ++k)
+    if (radio.scalars.values[k].known)
+      s.consensus[std::string(name(static_cast<comms::Scalar>(k)))] = radio.scalars.values[k].agreed;
   s.refused = refusals(team, radio);
   s.waiting = standing_.waiting;
   s.stuck = standing_.stuck;

@@ -236,6 +236,13 @@ void add_team(std::vector<ConfigKey>& keys) {
            "a path", &Config::key_log, any));
 }
 
+void add_store(std::vector<ConfigKey>& keys) {
+  keys.push_back(yes_or_no(
+      {"store", "keep",
+       "keep all records in OUT/log, so that a robot that starts again goes on in its team's map; not with run.once"},
+      [](auto& c) -> auto& { return c.keep_log; }));
+}
+
 void add_run(std::vector<ConfigKey>& keys) {
   keys.push_back(yes_or_no(
       {"run", "once", "finish when the camera's stream is over and the team agrees"},
@@ -415,6 +422,7 @@ constexpr ConfigSection kSections[] = {
     {"robot", "who this robot is, what it sees with, where it writes"},
     {"network", "whom it talks to over UDP"},
     {"team", "the key that makes robots a team"},
+    {"store", "what it keeps on its disk"},
     {"run", "how long it works and whom it waits for"},
     {"tracking", "how it finds its way"},
     {"map", "what it keeps of what it saw"},
@@ -431,8 +439,8 @@ std::span<const ConfigSection> config_sections() { return kSections; }
 std::span<const ConfigKey> config_keys() {
   static const std::vector<ConfigKey> table = [] {
     std::vector<ConfigKey> keys;
-    for (const auto add : {add_robot, add_network, add_team, add_run, add_tracking, add_map, add_control, add_record,
-                           add_snapshots, add_poses})
+    for (const auto add : {add_robot, add_network, add_team, add_store, add_run, add_tracking, add_map, add_control,
+                           add_record, add_snapshots, add_poses})
       add(keys);
     return keys;
   }();

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include "daemon/brightness.hpp"
 #include "daemon/clock.hpp"
 
 namespace onemap::daemon {
 
 namespace {
+constexpr double kBrightnessFrames = 100;  // how long it remembers
 
 constexpr int kSomethingToSee = 100;          // features
 constexpr std::uint64_t kShortChain = 10;     // keyframes
@@ -127,6 +129,8 @@ void Pipeline::process(const hal::FrameView& frame) {
   const mapping::FrameReport report = mapper_->process(frame);
   const Duration after = thread_cpu_time();
   times_.end_frame(after - before);
+  const double light = brightness_of(frame.rgb), before_it = brightness_;
+  brightness_ = frames_done_ == 0 ? light : before_it + (light - before_it) / kBrightnessFrames;
   keep_pose(frame, report);
   keep_view(frame, report);
   log_change(frame, report);

@@ -9,6 +9,7 @@
 #include "daemon/identity_file.hpp"
 #include "mapping/records/finished.hpp"
 #include "mapping/records/hello.hpp"
+#include "mapping/records/last_counts.hpp"
 
 namespace onemap::daemon {
 
@@ -63,9 +64,25 @@ Result<std::unique_ptr<Radio>> Radio::open(const Config& config, Listener listen
   if (!node) return node.error();
   auto port = open_port(config, *node);
   if (!port) return port.error();
+  LifeCounter life(config.out);
+  if (auto begun = life.begin(wall_clock_ns()); !begun)
+    log.warn(
+        "{}; this life's number is the clock's: {}; make OUT writable, or neighbours may take this life for an old one",
+        begun.error().text(), life.number());
+  Store store = open_store(config, log);
+  // Whatever became of the counter: no life whose records are here begins again.
+  for (const auto& [own, count] : store.log->frontier())
+    if (own.robot == node->self && own.incarnation >= life.number()) (void)life.begin_after(own.incarnation);
+  node->incarnation = life.number();
+  auto identity = open_identity(config.out + "/identity");
+  if (!identity && config.alone())
+    log.warn("{}; this robot is alone and signs with a key for this life only", identity.error().text());
+  else if (!identity)
+    return identity.error();
+  node->identity = identity ? *identity : passing_identity();
   std::unique_ptr<TeamSeal> seal;
   if (!config.alone()) {
-    auto opened = TeamSeal::open(config, log);
+    auto opened = TeamSeal::open(config, *node->identity, log);
     if (!opened) return opened.error();
     seal = std::move(*opened);
     if (seal)
@@ -74,31 +91,46 @@ Result<std::unique_ptr<Radio>> Radio::open(const Config& config, Listener listen
       log.line("no team key: this robot talks to this machine only (`onemapctl team init` makes a key)");
   }
   node->sealed = seal != nullptr;
-  LifeCounter life(config.out);
-  if (auto begun = life.begin(wall_clock_ns()); !begun)
-    log.warn(
-        "{}; this life's number is the clock's: {}; make OUT writable, or neighbours may take this life for an old one",
-        begun.error().text(), life.number());
-  node->incarnation = life.number();
-  auto identity = open_identity(config.out + "/identity");
-  if (!identity && config.alone())
-    log.warn("{}; this robot is alone and signs with a key for this life only", identity.error().text());
-  else if (!identity)
-    return identity.error();
-  node->identity = identity ? *identity : passing_identity();
-  return std::unique_ptr<Radio>(
-      new Radio(config, std::move(*node), life, std::move(*port), std::move(seal), std::move(listener), failures, log));
+  return std::unique_ptr<Radio>(new Radio(config, std::move(store), std::move(*node), life, std::move(*port),
+                                          std::move(seal), std::move(listener), failures, log));
 }
 
-Radio::Radio(const Config& config, comms::NodeConfig node, LifeCounter life, std::unique_ptr<comms::DatagramPort> port,
-             std::unique_ptr<TeamSeal> seal, Listener listener, Failures& failures, Log& log)
+// What cannot be kept on the disk is kept in memory, and people hear of it.
+Radio::Store Radio::open_store(const Config& config, Log& log) {
+  Store store;
+  if (config.keep_log && !config.once) {
+    auto disk = comms::PosixDisk::open(config.out + "/log");
+    comms::DiskStoreConfig limits;
+    limits.budget_bytes = config.store_budget_bytes;
+    limits.author_bytes = config.alone() ? config.store_budget_bytes : config.store_budget_bytes / 4 * 3;
+    auto opened =
+        disk ? comms::DiskStore::open(**disk, limits) : Result<std::unique_ptr<comms::DiskStore>>(disk.error());
+    if (opened) {
+      store.disk = std::move(*disk);
+      store.kept = opened->get();
+      store.log = std::move(*opened);
+      const auto view = store.kept->view();
+      for (const std::string& message : view.messages) log.warn("{}/log: {}", config.out, message);
+      if (view.records > 0)
+        log.line("{} records of earlier lives and of the team are in {}/log", view.records, config.out);
+      return store;
+    }
+    log.warn("the log is not kept on the disk: {}; after a restart this robot begins anew", opened.error().text());
+  }
+  store.log = std::make_unique<comms::MemoryStore>(config.store_budget_bytes);
+  return store;
+}
+
+Radio::Radio(const Config& config, Store store, comms::NodeConfig node, LifeCounter life,
+             std::unique_ptr<comms::DatagramPort> port, std::unique_ptr<TeamSeal> seal, Listener listener,
+             Failures& failures, Log& log)
     : config_(config),
       failures_(failures),
       log_(log),
       listener_(std::move(listener)),
       life_(std::move(life)),
       node_config_(std::move(node)),
-      store_(config.store_budget_bytes),
+      store_(std::move(store)),
       port_(std::move(port)),
       seal_(std::move(seal)),
       heartbeat_("radio", kStuckAfter) {
@@ -107,7 +139,7 @@ Radio::Radio(const Config& config, comms::NodeConfig node, LifeCounter life, std
 
 void Radio::begin_node() {
   guard_.reset();  // it knows the node that goes
-  node_ = std::make_unique<comms::Node>(node_config_, store_);
+  node_ = std::make_unique<comms::Node>(node_config_, *store_.log);
   if (seal_) guard_ = seal_->guard(node_config_, *node_);
 }
 
@@ -198,9 +230,12 @@ void Radio::turn() {
   hand_out_applied();
   if (t - looked_ < kLookInterval) return;
   looked_ = t;
+  node_->bring(t, comms::Scalar::clock_offset, to_seconds(wall_clock_offset()));
+  if (brightness_ > 0) node_->bring(t, comms::Scalar::brightness, brightness_);
   log_neighbours();
   log_conflict(t);
   log_refusals();
+  log_complaints();
   log_network();
   log_guard();
   update_view(t);
@@ -213,8 +248,18 @@ void Radio::hand_out_applied() {
     const std::size_t kind = record->kind < RecordTally::kKinds ? record->kind : 0;
     ++tally.records[kind];
     tally.bytes[kind] += record->body.size();
+    forget_what(*record);
     listener_.applied(std::move(record));
   }
+}
+
+// A Solution or a Frontier takes the place of the one before it, in this robot's log as in everybody's: nobody will
+// read that one again.
+void Radio::forget_what(const Record& replaces) {
+  if (!mapping::only_the_last_counts(static_cast<mapping::RecordKind>(replaces.kind))) return;
+  const auto [last, first_one] = last_of_kind_.try_emplace({replaces.id.log, replaces.kind}, replaces.id);
+  if (first_one || replaces.id <= last->second) return;
+  store_.log->forget(std::exchange(last->second, replaces.id));
 }
 
 void Radio::receive_some() {
@@ -267,6 +312,7 @@ bool Radio::append_finished(Instant now, std::uint32_t frames) {
 
 // A node for the life that life_ tells by now; what the store holds everybody here has heard of.
 void Radio::rise_again() {
+  if (store_.kept != nullptr) store_.kept->flush();  // the new node takes all that is here for told
   hand_out_applied();
   sent_before_ += counters().bytes_sent;
   received_before_ += counters().bytes_received;
@@ -323,7 +369,7 @@ void Radio::begin_new_life(Instant now) {
   rise_again();
   listener_.new_life(life_.number(), true);
   for (std::uint8_t lane = 0; lane < kLaneCount; ++lane)
-    for (std::uint32_t seq = 0; auto record = store_.find({{node_config_.self, lane, before}, seq}); ++seq)
+    for (std::uint32_t seq = 0; auto record = store_.log->find({{node_config_.self, lane, before}, seq}); ++seq)
       if (!node_->append(now, lane, record->kind, again(*record, before)))
         log_.limited("own record",
                      "the store has no room for this robot's records in its new life; raise network.store_budget_mb");

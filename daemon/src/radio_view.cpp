@@ -31,6 +31,16 @@ void Radio::log_refusals() {
   }
 }
 
+// Who served what, so that somebody can look after that robot.
+void Radio::log_complaints() {
+  while (const auto complaint = node_->next_complaint()) {
+    const LogId& log = complaint->record.log;
+    log_.limited(fmt::format("complaint {} {}", name(complaint->reason), log.robot.name()),
+                 "record {} of {} in lane {}, from {} at {}: {}", complaint->record.seq, log.robot.name(), log.lane,
+                 complaint->from.name(), comms::to_string(complaint->endpoint), words(complaint->reason));
+  }
+}
+
 void Radio::log_conflict(Instant now) {
   const auto conflict = node_->id_conflict();
   if (conflict && now - conflict->when < kConflictFresh)
@@ -81,6 +91,7 @@ void Radio::update_view(Instant now) {
   for (const comms::Endpoint& peer : node_->peers_never_heard()) view.peers_never_heard.push_back(to_string(peer));
   const auto conflict = node_->id_conflict();
   if (conflict && now - conflict->when < kConflictFresh) view.id_also_used_at = to_string(conflict->where);
+  view.scalars = node_->scalars();
   view.refused = refusals(view.counters);
   if (not_loopback_ > 0) view.refused["not_loopback"] = not_loopback_;
   if (failed_before_ > 0 && !config_.alone()) view.refused["not_sent"] = failed_before_;

@@ -61,6 +61,7 @@ std::string to_json(const DaemonStatus& s) {
                     {"blocks_refused", s.blocks_refused},
                     {"waiting", printable(s.waiting)},
                     {"stuck", s.stuck},
+                    {"consensus", s.consensus},
                     {"refused", s.refused}};
   return object.dump() + "\n";
 }
@@ -87,6 +88,7 @@ Result<DaemonStatus> status_from_json(const std::string& text, const std::string
     s.blocks_refused = object.value("blocks_refused", s.blocks_refused);
     s.waiting = object.value("waiting", s.waiting);
     s.stuck = object.value("stuck", s.stuck);
+    s.consensus = object.value("consensus", s.consensus);
     s.refused = object.value("refused", s.refused);
     return s;
   } catch (const Json::exception& error) {

@@ -13,7 +13,6 @@
 #include "comms/udp/udp_port.hpp"
 #include "control/key_file.hpp"
 #include "daemon/addresses.hpp"
-#include "daemon/set_aside.hpp"
 #include "hal/base/file.hpp"
 
 namespace onemap::daemon {
@@ -22,25 +21,6 @@ namespace {
 bool there(const std::string& file) {
   std::error_code none;
   return std::filesystem::exists(file, none);
-}
-
-// A robot whose folder cannot be written to goes on, as a new one in each life.
-Result<comms::Identity> own_identity(const std::string& out, Log& log) {
-  const std::string file = out + "/identity";
-  if (there(file)) {
-    const auto seed = control::read_secret(file, control::kIdentityKind);
-    if (!seed)
-      return Error{seed.error().place, seed.error().reason +
-                                           "; without this file others take this robot for "
-                                           "another one of its name"};
-    return comms::Identity(seed->bytes);
-  }
-  const auto seed = control::new_secret();
-  if (!seed) return seed.error();
-  if (auto kept = control::write_secret(file, control::kIdentityKind, *seed, control::Replace::no); !kept)
-    log.warn("{}; this robot's key is lost when it stops, and others will take it for another one; make OUT writable",
-             kept.error().text());
-  return comms::Identity(seed->bytes);
 }
 
 std::string hex(const comms::PublicKey& key) {
@@ -89,14 +69,12 @@ Status check_reach_without_key(const Config& config) {
   return Error{"network.group", what_to_do("\"" + config.group + "\" reaches other machines")};
 }
 
-Result<std::unique_ptr<TeamSeal>> TeamSeal::open(const Config& config, Log& log) {
+Result<std::unique_ptr<TeamSeal>> TeamSeal::open(const Config& config, const comms::Identity& identity, Log& log) {
   const std::string file = team_key_file(config);
   if (file.empty()) return std::unique_ptr<TeamSeal>();
   const auto team = control::read_secret(file, control::kTeamKeyKind);
   if (!team) return team.error();
-  auto identity = own_identity(config.out, log);
-  if (!identity) return identity.error();
-  std::unique_ptr<TeamSeal> seal(new TeamSeal(config.out, *team, std::move(*identity)));
+  std::unique_ptr<TeamSeal> seal(new TeamSeal(config.out, *team, identity));
   if (auto read = seal->read_pins(); !read) return read.error();
   if (config.key_log.empty()) return seal;
   log.warn("the keys of all sessions are written to {}: whoever reads it can read this robot's traffic",

@@ -1,5 +1,7 @@
 #include "daemon/worker.hpp"
 
+#include <pthread.h>
+
 #include <exception>
 #include <new>
 #include <utility>
@@ -19,6 +21,8 @@ std::string Failures::first() const {
 
 void Worker::start(std::string name, Failures& failures, std::function<void()> body, std::function<void()> at_end) {
   thread_ = std::thread([name = std::move(name), &failures, body = std::move(body), at_end = std::move(at_end)] {
+    constexpr std::size_t kLongest = 15;  // the kernel's, for top and gdb
+    pthread_setname_np(pthread_self(), name.substr(0, kLongest).c_str());
     try {
       body();
     } catch (...) {

@@ -1,7 +1,7 @@
 # bash completion of onemapctl: to be installed as /usr/share/bash-completion/completions/onemapctl
 _onemapctl() {
   local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]} command='' i
-  local commands='status peers map pose watch metrics cameras doctor snapshot save load record why unmerge merge team'
+  local commands='status peers consensus map pose watch metrics cameras doctor snapshot save load record why unmerge merge team'
   for ((i = 1; i < COMP_CWORD; ++i)); do
     case ${COMP_WORDS[i]} in
       --socket | --timeout) ((++i)) ;;

@@ -1,5 +1,5 @@
 # fish completion of onemapctl: to be installed as /usr/share/fish/vendor_completions.d/onemapctl.fish
-set -l commands status peers map pose watch metrics cameras doctor snapshot save load record why unmerge merge team
+set -l commands status peers consensus map pose watch metrics cameras doctor snapshot save load record why unmerge merge team
 complete -c onemapctl -f
 complete -c onemapctl -l socket -r -F -d 'control socket of the daemon'
 complete -c onemapctl -l json -d 'one JSON object a line'
@@ -8,6 +8,7 @@ complete -c onemapctl -l help -d 'what there is'
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -l version -d 'its version'
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a status -d 'what the robot is doing'
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a peers -d 'whom it hears, and who holds which map'
+complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a consensus -d 'what the team agrees on'
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a map -d 'the map that it holds'
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a pose -d 'where the camera is'
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a watch -d 'what happens, as it happens'

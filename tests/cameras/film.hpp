@@ -1,25 +1,34 @@
 #pragma once
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "hal/frame.hpp"
 #include "usb_device.hpp"
 
 namespace onemap::test {
 
-// The pictures of a simulated room, 640x480, drawn beforehand so that a camera can show them at its pace.
+// The pictures of a simulated room as a camera sends them, drawn beforehand: a camera shows them at its pace, and a
+// machine that is emulated has better things to do.
 class Film {
  public:
-  static constexpr std::size_t kWidth = 640, kHeight = 480, kPixels = kWidth * kHeight;
   struct Picture {
-    std::vector<std::uint8_t> rgb;
-    std::vector<std::uint16_t> depth;  // 5000 a metre
+    Bytes depth, colour;
   };
-  explicit Film(const std::string& room);  // throws when the address is wrong
+  using Develop = std::function<Picture(const hal::FrameView&)>;  // into the bytes of a kind of camera
+
+  static Film shoot(const std::string& room, const Develop& develop);  // all throw, with what is wrong
+  static Film load(const std::string& file);
+  void store(const std::string& file) const;
+
+  std::uint32_t width() const { return width_; }
+  std::uint32_t height() const { return height_; }
   const std::vector<Picture>& pictures() const { return pictures_; }
 
  private:
+  std::uint32_t width_ = 0, height_ = 0;
   std::vector<Picture> pictures_;
 };
 

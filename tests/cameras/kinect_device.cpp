@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <stdexcept>
 
 #include "support/kinect_session.hpp"
 
@@ -18,6 +19,7 @@ constexpr unsigned kConstShift = 200;
 constexpr float kEmitter_cm = 7.5F, kColour_cm = 2.3F, kPixel_mm = 0.103986F, kReference_cm = 120.624F;
 constexpr double kColourOfLibrary_cm = 2.4;  // libfreenect does not believe the device here
 constexpr int kNoDisparity = 2047;
+constexpr std::size_t kWidth = 640, kHeight = 480, kPixels = kWidth * kHeight;
 
 constexpr std::size_t kZeroPlaneBytes = 322, kZeroPlaneOffset = 94, kRegistrationBytes = 118;
 constexpr std::uint8_t kVendorOut = 0x40, kVendorIn = 0xc0;
@@ -42,28 +44,65 @@ std::uint32_t ticks_now() {
 }
 
 // Green red, blue green.
-Bytes mosaic_of(const std::vector<std::uint8_t>& rgb) {
-  Bytes out(Film::kPixels);
-  for (std::size_t y = 0; y < Film::kHeight; ++y)
-    for (std::size_t x = 0; x < Film::kWidth; ++x) {
+Bytes mosaic_of(std::span<const std::uint8_t> rgb) {
+  Bytes out(kPixels);
+  for (std::size_t y = 0; y < kHeight; ++y)
+    for (std::size_t x = 0; x < kWidth; ++x) {
       const std::size_t channel = (x + y) % 2 == 0 ? 1 : y % 2 == 0 ? 0 : 2;
-      out[y * Film::kWidth + x] = rgb[3 * (y * Film::kWidth + x) + channel];
+      out[y * kWidth + x] = rgb[3 * (y * kWidth + x) + channel];
     }
   return out;
 }
 
-}  // namespace
-
-// As libfreenect computes depth and shift.
-KinectDevice::KinectDevice(const Film& film, Projector& projector) : film_(film), projector_(projector) {
+// By disparity, how many pixels registration moves it to the right, as libfreenect computes depth and shift.
+std::vector<int> shifts() {
+  std::vector<int> out(kNoDisparity, 0);
   const double scale = 1 / (static_cast<double>(kPixel_mm) * 2 * 10);
   for (int raw = 0; raw < kNoDisparity; ++raw) {
     const double metric = ((raw - 4.0 * kConstShift) / 4 - 0.375) * kPixel_mm;
     const double mm = std::trunc(10 * (metric * kReference_cm / (kEmitter_cm - metric) + kReference_cm));
     if (mm < 1) continue;
     const double shift = kColourOfLibrary_cm * scale * 10 * (mm - 10.0 * kReference_cm) / mm + 0.375;
-    shift_px_[static_cast<std::size_t>(raw)] = static_cast<int>(std::floor(std::trunc(shift * 256) / 256));
+    out[static_cast<std::size_t>(raw)] = static_cast<int>(std::floor(std::trunc(shift * 256) / 256));
   }
+  return out;
+}
+
+Bytes packed(const std::vector<std::uint16_t>& disparities) {  // 11 bits each, the high bits first
+  Bytes out;
+  out.reserve(disparities.size() * 11 / 8);
+  std::uint32_t bits = 0;
+  int count = 0;
+  for (const std::uint16_t raw : disparities) {
+    bits = bits << 11 | raw;
+    for (count += 11; count >= 8; count -= 8) out.push_back(static_cast<std::uint8_t>(bits >> (count - 8)));
+  }
+  return out;
+}
+
+// Where the depth camera saw what colour sees; what is nearer hides.
+Bytes disparities_of(const hal::FrameView& frame) {
+  static const std::vector<int> shift_px = shifts();
+  std::vector<std::uint16_t> seen(kPixels, kNoDisparity);
+  for (std::size_t i = 0; i < kPixels; ++i) {
+    const std::uint16_t raw = kinect_disparity(frame.depth[i] / frame.intrinsics->depth_scale);
+    if (raw >= kNoDisparity) continue;
+    const int x = static_cast<int>(i % kWidth) - shift_px[raw];
+    if (x < 0 || x >= static_cast<int>(kWidth)) continue;
+    std::uint16_t& there = seen[i - i % kWidth + static_cast<std::size_t>(x)];
+    there = std::min(there, raw);
+  }
+  return packed(seen);
+}
+
+}  // namespace
+
+KinectDevice::KinectDevice(const Film& film, Projector& projector) : film_(film), projector_(projector) {
+  if (film.width() != kWidth || film.height() != kHeight) throw std::runtime_error("a Kinect's film has 640x480");
+}
+
+Film::Picture KinectDevice::develop(const hal::FrameView& frame) {
+  return {disparities_of(frame), mosaic_of(frame.rgb)};
 }
 
 Bytes KinectDevice::device_descriptor(UsbPort::Speed) const {
@@ -143,31 +182,9 @@ void KinectDevice::forget() {
 
 void KinectDevice::stopped(int endpoint) { (endpoint == depth_.endpoint ? depth_ : colour_).wanted = false; }
 
-// Where the depth camera saw what colour sees, packed: 11 bits each, the high bits first. What is nearer hides.
-Bytes KinectDevice::disparities_of(const std::vector<std::uint16_t>& depth) const {
-  std::vector<std::uint16_t> seen(Film::kPixels, kNoDisparity);
-  for (std::size_t i = 0; i < Film::kPixels; ++i) {
-    const std::uint16_t raw = kinect_disparity(depth[i] / 5000.0);
-    if (raw >= kNoDisparity) continue;
-    const int x = static_cast<int>(i % Film::kWidth) - shift_px_[raw];
-    if (x < 0 || x >= static_cast<int>(Film::kWidth)) continue;
-    std::uint16_t& there = seen[i - i % Film::kWidth + static_cast<std::size_t>(x)];
-    there = std::min(there, raw);
-  }
-  Bytes out;
-  out.reserve(Film::kPixels * 11 / 8);
-  std::uint32_t bits = 0;
-  int count = 0;
-  for (const std::uint16_t raw : seen) {
-    bits = bits << 11 | raw;
-    for (count += 11; count >= 8; count -= 8) out.push_back(static_cast<std::uint8_t>(bits >> (count - 8)));
-  }
-  return out;
-}
-
-void KinectDevice::load(Stream& stream, Bytes image) {
+void KinectDevice::load(Stream& stream, const Bytes& image) {
   if (stream.sent < stream.image.size()) fmt::print("late {} {}\n", stream.endpoint, projector_.number());
-  stream.image = std::move(image);
+  stream.image = image;
   stream.sent = 0;
 }
 
@@ -205,8 +222,8 @@ void KinectDevice::step(Moment now, UsbPort& port) {
   if (projector_.advance(depth_.wanted && colour_.wanted, now)) {
     ticks_ = ticks_now();
     const Film::Picture& picture = film_.pictures()[projector_.number()];
-    load(depth_, disparities_of(picture.depth));
-    load(colour_, mosaic_of(picture.rgb));
+    load(depth_, picture.depth);
+    load(colour_, picture.colour);
   }
   send(depth_, now, port);
   send(colour_, now, port);

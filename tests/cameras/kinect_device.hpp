@@ -1,6 +1,4 @@
 #pragma once
-#include <array>
-
 #include "film.hpp"
 #include "usb_device.hpp"
 
@@ -12,6 +10,8 @@ namespace onemap::test {
 class KinectDevice final : public UsbDevice {
  public:
   KinectDevice(const Film& film, Projector& projector);
+  static Film::Picture develop(const hal::FrameView& frame);  // what a film for it holds; 640x480
+
   void step(Moment now, UsbPort& port) override;
   Moment next_step() const override;
 
@@ -36,14 +36,12 @@ class KinectDevice final : public UsbDevice {
   void command(std::span<const std::uint8_t> out);
   Bytes parameters(unsigned which) const;
   void write_register(unsigned number, unsigned value);
-  void load(Stream& stream, Bytes image);
+  void load(Stream& stream, const Bytes& image);
   void send(Stream& stream, Moment now, UsbPort& port);
   Bytes packet(Stream& stream) const;
-  Bytes disparities_of(const std::vector<std::uint16_t>& depth) const;
 
   const Film& film_;
   Projector& projector_;
-  std::array<int, 2048> shift_px_{};  // by disparity: how far to the right registration moves it
   Stream colour_{.endpoint = 1, .flag = 0x80, .packet_bytes = 1920 - 12};
   Stream depth_{.endpoint = 2, .flag = 0x70, .packet_bytes = 1760 - 12};
   Bytes reply_;

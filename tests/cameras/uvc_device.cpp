@@ -9,7 +9,6 @@ namespace onemap::test {
 
 namespace {
 
-constexpr std::uint32_t kImageBytes = 2 * Film::kPixels;
 constexpr std::uint32_t kIntervalUnits = 333'333;  // of 100 ns
 constexpr std::uint8_t kClassIn = 0xa1, kClassOut = 0x21;
 constexpr std::uint8_t kGetLength = 0x85, kGetInfo = 0x86;
@@ -36,19 +35,20 @@ Bytes control_interface(int number) {
   return out;
 }
 
-Bytes streaming_interface(int number, int endpoint, const Bytes& code, UsbPort::Speed speed) {
+Bytes streaming_interface(int number, int endpoint, const Bytes& code, const Film& film, UsbPort::Speed speed) {
   const auto address = static_cast<std::uint8_t>(0x80 | endpoint);
+  const std::uint32_t image_bytes = 2 * film.width() * film.height();
   Bytes out{9, 4, static_cast<std::uint8_t>(number), 0, 1, 0x0e, 0x02, 0, 0};
   append(out, {14, 0x24, 1, 1, 14 + 27 + 30, 0, address, 0, 2, 0, 0, 0, 1, 0});
   append(out, {27, 0x24, 4, 1, 1});
   append(out, code);
   append(out, {16, 1, 0, 0, 0, 0});
   append(out, {30, 0x24, 5, 1, 0});
-  put16(out, Film::kWidth);
-  put16(out, Film::kHeight);
-  put32(out, kImageBytes * 8 * 30);
-  put32(out, kImageBytes * 8 * 30);
-  put32(out, kImageBytes);
+  put16(out, film.width());
+  put16(out, film.height());
+  put32(out, image_bytes * 8 * 30);
+  put32(out, image_bytes * 8 * 30);
+  put32(out, image_bytes);
   put32(out, kIntervalUnits);
   out.push_back(1);
   put32(out, kIntervalUnits);
@@ -60,12 +60,12 @@ Bytes streaming_interface(int number, int endpoint, const Bytes& code, UsbPort::
 }
 
 // BT.601 in video range; two pixels share their colour.
-Bytes yuyv_of(const std::vector<std::uint8_t>& rgb) {
-  Bytes out(kImageBytes);
+Bytes yuyv_of(std::span<const std::uint8_t> rgb) {
+  Bytes out(rgb.size() / 3 * 2);
   const auto part = [](double y, double low, double high) {
     return static_cast<std::uint8_t>(std::clamp(y + 0.5, low, high));
   };
-  for (std::size_t i = 0; i < Film::kPixels; i += 2) {
+  for (std::size_t i = 0; i < rgb.size() / 3; i += 2) {
     const std::uint8_t* p = &rgb[3 * i];
     double r = 0, g = 0, b = 0;
     for (std::size_t k = 0; k < 2; ++k) {
@@ -80,13 +80,13 @@ Bytes yuyv_of(const std::vector<std::uint8_t>& rgb) {
   return out;
 }
 
-Bytes z16_of(const std::vector<std::uint16_t>& depth) {
-  Bytes out(kImageBytes);
-  std::memcpy(out.data(), depth.data(), out.size());
-  return out;
-}
-
 }  // namespace
+
+Film::Picture UvcDevice::develop(const hal::FrameView& frame) {
+  Bytes depth(2 * frame.depth.size());
+  std::memcpy(depth.data(), frame.depth.data(), depth.size());
+  return {std::move(depth), yuyv_of(frame.rgb)};
+}
 
 // The ids of a RealSense D435, which onemap's udev rules and calibrations know.
 Bytes UvcDevice::device_descriptor(UsbPort::Speed speed) const {
@@ -99,9 +99,9 @@ Bytes UvcDevice::device_descriptor(UsbPort::Speed speed) const {
 
 Bytes UvcDevice::configuration(UsbPort::Speed speed) const {
   Bytes rest = control_interface(0);
-  append(rest, streaming_interface(1, depth_.endpoint, format_code("Z16 "), speed));
+  append(rest, streaming_interface(1, depth_.endpoint, format_code("Z16 "), film_, speed));
   append(rest, control_interface(2));
-  append(rest, streaming_interface(3, colour_.endpoint, format_code("YUY2"), speed));
+  append(rest, streaming_interface(3, colour_.endpoint, format_code("YUY2"), film_, speed));
   Bytes out{9, 2};
   put16(out, static_cast<unsigned>(9 + rest.size()));
   append(out, {4, 1, 0, 0x80, 100});
@@ -127,7 +127,7 @@ std::optional<Bytes> UvcDevice::control(const Setup& setup, std::span<const std:
   Bytes mode{1, 0, 1, 1};
   put32(mode, kIntervalUnits);
   mode.resize(18);
-  put32(mode, kImageBytes);
+  put32(mode, image_bytes());
   put32(mode, payload_bytes(speed()));
   return mode;
 }
@@ -148,12 +148,12 @@ void UvcDevice::stopped(int endpoint) {
   stream.sent = 0;
 }
 
-void UvcDevice::load(Stream& stream, Bytes image) {
+void UvcDevice::load(Stream& stream, const Bytes& image) {
   if (stream.sent < stream.image.size()) {
     fmt::print("late {} {}\n", stream.endpoint, projector_.number());
     return;  // the one before is not through
   }
-  stream.image = std::move(image);
+  stream.image = image;
   stream.sent = 0;
   stream.frame_id ^= kNewImage;
 }
@@ -178,8 +178,8 @@ void UvcDevice::send(Stream& stream, UsbPort& port) {
 void UvcDevice::step(Moment now, UsbPort& port) {
   if (projector_.advance(depth_.wanted && colour_.wanted, now)) {
     const Film::Picture& picture = film_.pictures()[projector_.number()];
-    load(depth_, z16_of(picture.depth));
-    load(colour_, yuyv_of(picture.rgb));
+    load(depth_, picture.depth);
+    load(colour_, picture.colour);
   }
   send(depth_, port);
   send(colour_, port);

@@ -5,10 +5,12 @@
 namespace onemap::test {
 
 // A depth camera of USB's video class, as RealSense's are: two functions, depth as Z16 and colour as YUYV, each a bulk
-// stream of 640x480 at 30 Hz. At high speed colour is smaller than a real one could send, since nobody counts bits.
+// stream at 30 Hz in the size of the film.
 class UvcDevice final : public UsbDevice {
  public:
   UvcDevice(const Film& film, Projector& projector) : film_(film), projector_(projector) {}
+  static Film::Picture develop(const hal::FrameView& frame);  // what a film for it holds
+
   void step(Moment now, UsbPort& port) override;
   Moment next_step() const override { return projector_.next(); }
 
@@ -26,8 +28,10 @@ class UvcDevice final : public UsbDevice {
   std::optional<Bytes> control(const Setup& setup, std::span<const std::uint8_t> out) override;
   void forget() override;
   void stopped(int endpoint) override;
-  void load(Stream& stream, Bytes image);
+  void load(Stream& stream, const Bytes& image);
   void send(Stream& stream, UsbPort& port);
+
+  std::uint32_t image_bytes() const { return 2 * film_.width() * film_.height(); }
 
   const Film& film_;
   Projector& projector_;

@@ -1,7 +1,8 @@
-// virtual-camera uvc|kinect|kinect-slow ROOM [UNPLUG_AT SECONDS]: a USB camera that shows a simulated room, plugged
-// into this machine's virtual host controller (modprobe vhci-hcd; root). It is pulled out once, before picture
-// UNPLUG_AT, and plugged in again after so many seconds. Says on stdout what it does, and shows the last picture's
-// silence until it is killed. uvc-slow and kinect-slow: on a port of USB 2 and of USB 1.
+// virtual-camera shoot uvc|kinect ROOM FILE: draws a simulated room as such a camera sees it.
+// virtual-camera uvc|kinect|uvc-slow|kinect-slow FILE [UNPLUG_AT SECONDS]: a USB camera that shows it, plugged into
+// this machine's virtual host controller (modprobe vhci-hcd; root). It is pulled out once, at picture UNPLUG_AT, and
+// plugged in again after so many seconds. Says on stdout what it does, and is silent after the last picture until it is
+// killed. uvc-slow and kinect-slow: on a port of USB 2 and of USB 1.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,7 +20,7 @@ namespace onemap::test {
 namespace {
 
 struct Wish {
-  std::string kind, room;
+  std::string kind, film;
   std::size_t unplug_at = 0;
   double away_s = 0;
 };
@@ -29,9 +30,13 @@ void say(const std::string& what) {
   std::fflush(stdout);
 }
 
+void shoot(const std::string& kind, const std::string& room, const std::string& file) {
+  Film::shoot(room, kind == "kinect" ? KinectDevice::develop : UvcDevice::develop).store(file);
+}
+
 void run(const Wish& wish) {
   const bool kinect = wish.kind.starts_with("kinect"), slow = wish.kind.ends_with("-slow");
-  const Film film(wish.room);
+  const Film film = Film::load(wish.film);
   Projector projector(film.pictures().size());
   std::unique_ptr<UsbDevice> device;
   if (kinect)
@@ -67,10 +72,14 @@ void run(const Wish& wish) {
 int main(int count, char** arguments) {
   const std::vector<std::string> words(arguments + 1, arguments + count);
   if (words.size() != 2 && words.size() != 4) {
-    fmt::print(stderr, "virtual-camera uvc|uvc-slow|kinect|kinect-slow ROOM [UNPLUG_AT SECONDS]\n");
+    fmt::print(stderr, "virtual-camera shoot KIND ROOM FILE | KIND FILE [UNPLUG_AT SECONDS]\n");
     return 2;
   }
   try {
+    if (words[0] == "shoot" && words.size() == 4) {
+      onemap::test::shoot(words[1], words[2], words[3]);
+      return 0;
+    }
     onemap::test::Wish wish{words[0], words[1]};
     if (words.size() == 4) {
       wish.unplug_at = std::stoul(words[2]);

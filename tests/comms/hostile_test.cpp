@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "alone_node.hpp"
+#include "comms/frontier.hpp"
 
 namespace onemap::comms {
 namespace {
@@ -35,6 +36,7 @@ struct Evil {
   std::uint32_t counter = 1;
   std::size_t served = 0;
   std::vector<std::uint8_t> body{};
+  VersionVector offered{};
   sim::SignedLogs logs{};
 
   void befriend(const std::string& name) { alone.befriend(name, life, at); }
@@ -42,10 +44,12 @@ struct Evil {
   void say(Write write) {
     alone.hear_frames(life, ++counter, write, at);
   }
+  // Whatever it says, its digest fits to it.
   void offer(const std::vector<wire::HaveEntry>& entries) {
+    for (const wire::HaveEntry& entry : entries) offered[entry.log] = std::max(offered[entry.log], entry.count);
     for (std::size_t k = 0; k < entries.size(); k += 30)
       say([&](auto& out) {
-        out.have(1, std::span(entries).subspan(k, std::min<std::size_t>(30, entries.size() - k)));
+        out.have(digest(offered), std::span(entries).subspan(k, std::min<std::size_t>(30, entries.size() - k)));
       });
   }
   // Answers everything that is asked of it, until nothing is asked any more.

@@ -133,6 +133,33 @@ TEST(Wire, GoldenData) {
   EXPECT_EQ(Bytes(back.bytes.begin(), back.bytes.end()), body);
 }
 
+TEST(Wire, GoldenMass) {
+  Mass mass;
+  mass.heard = 0x0201, mass.neighbours = 3, mass.round = 0x0807060504030201u, mass.clock_ns = -2;
+  const Bytes head{129, 19, 0, 1, 2, 3, 1, 2, 3, 4, 5, 6, 7, 8, 0xFE, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF};
+  const Bytes bare = written([&](Encoder& out) { ASSERT_TRUE(out.mass(mass)); });
+  EXPECT_EQ(Bytes(bare.begin() + kHeaderBytes, bare.end()), head);
+  mass.has_amounts = true;
+  mass.given = {comms::Mass{1.0, -2.0}, comms::Mass{0.5, 0.0}, comms::Mass{0.0, 1.0}};
+  const Bytes whole = written([&](Encoder& out) { ASSERT_TRUE(out.mass(mass)); });
+  ASSERT_EQ(whole.size(), kHeaderBytes + kFrameHeadBytes + 67);
+  EXPECT_EQ(whole[kHeaderBytes + 1], 67);
+  const Bytes amounts{0, 0, 0, 0, 0, 0, 0xF0, 0x3F, 0, 0, 0, 0, 0, 0, 0, 0xC0, 0, 0, 0, 0, 0, 0, 0xE0, 0x3F};
+  EXPECT_TRUE(std::equal(amounts.begin(), amounts.end(), whole.begin() + kHeaderBytes + 22));
+  Decoder decoder;
+  ASSERT_EQ(decoder.decode(whole), Refusal::count);
+  const auto& read = std::get<Mass>(decoder.frames()[0]);
+  EXPECT_EQ(read.given, mass.given);
+  EXPECT_EQ(read.clock_ns, -2);
+  EXPECT_EQ(type_of(decoder.frames()[0]), FrameType::mass);
+  Bytes cut(whole.begin(), whole.end() - 1);
+  cut[kHeaderBytes + 1] = 66;
+  EXPECT_EQ(decoder.decode(cut), Refusal::bad_frame) << "amounts are whole";
+  mass.round = 0;
+  EXPECT_EQ(decoder.decode(written([&](Encoder& out) { out.mass(mass); })), Refusal::bad_frame)
+      << "amounts of no round";
+}
+
 TEST(Wire, GoldenHead) {
   Head head;
   head.record = {{kLog, 5}, 0x0204, 0x00012345, {}, {}};
@@ -254,7 +281,7 @@ TEST(Wire, RefusesEachKindOfNonsense) {
   EXPECT_EQ(with(3, 1), Refusal::bad_reserved);
   EXPECT_EQ(with(24, 0), Refusal::bad_frame);  // unknown, not skippable
   EXPECT_EQ(with(24, 127), Refusal::bad_frame);
-  EXPECT_EQ(with(24, 129), Refusal::count);  // unknown, skippable
+  EXPECT_EQ(with(24, 130), Refusal::count);  // unknown, skippable
   EXPECT_EQ(with(24, 255), Refusal::count);
   EXPECT_EQ(with(11, 0x80), Refusal::bad_incarnation);  // of the sender
   EXPECT_EQ(with(25, 5), Refusal::bad_frame);           // longer than the datagram
@@ -312,6 +339,7 @@ Bytes encode_again(const Decoder& decoder) {
     if (const auto* pong = std::get_if<Pong>(&frame)) out.pong(pong->token);
     if (const auto* feedback = std::get_if<Feedback>(&frame)) out.feedback(*feedback);
     if (const auto* later = std::get_if<LaterLife>(&frame)) out.later_life(*later);
+    if (const auto* mass = std::get_if<Mass>(&frame)) out.mass(*mass);
   }
   return Bytes(buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(out.size()));
 }

@@ -68,7 +68,7 @@ TEST(ControlDocs, EveryKeyOfAnAnswerStandsInTheManPage) {
   why.pairs.resize(1);
   why.pairs[0].link.emplace();
   why.pairs[0].ruling.emplace();
-  for (const Json& answer : {why_json(why), status_json(facts), peers_json(facts), map_json(facts), cameras_json(facts),
+  for (const Json& answer : {why_json(why), status_json(facts), peers_json(facts), consensus_json(facts), map_json(facts), cameras_json(facts),
                              doctor_json(facts), pose_json({}, std::nullopt), greeting_json("r", "1")})
     expect_keys(text, answer);
 }

@@ -227,6 +227,43 @@ void expect_near(const nlohmann::json& ours, const nlohmann::json& judge, const 
   }
 }
 
+TEST(EvaluationProgram, TheTableSaysItsUnits) {
+  const Trajectory truth = curve(30, 200, 0);
+  const auto result = evaluate({robot("a", disturbed(truth, kElsewhere, 0, 0, 0, 1), truth)}, {});
+  ASSERT_TRUE(result.ok());
+  const std::string table = to_table(*result, {});
+  EXPECT_NE(table.find("RPE 1 s"), std::string::npos) << table;
+  EXPECT_NE(table.find(" m          m          m          m       deg\n"), std::string::npos) << table;
+  EXPECT_NE(table.find("deg\n   200     1.000     0.0000"), std::string::npos) << table;
+  EXPECT_NE(table.find("team of 1: 200 poses, coverage 1.000, ATE 0.0000 m, median 0.0000 m, max 0.0000 m\n"),
+            std::string::npos)
+      << table;
+}
+
+// Of ten frames the estimate has those of a part.
+TEST(EvaluationProgram, CoverageOfAPartIsOfThePart) {
+  const test::TempFolder folder;
+  std::string list, truth, estimate;
+  for (int i = 0; i < 10; ++i) {
+    const std::string pose = fmt::format("{}.0 {} {} 0 0 0 0 1\n", i, i, i * i % 7);
+    list += fmt::format("{0}.0 rgb/{0}.png {0}.0 depth/{0}.png\n", i);
+    truth += pose;
+    if (i >= 3 && i < 7) estimate += pose;
+  }
+  folder.write("associations.txt", list);
+  folder.write("groundtruth.txt", truth);
+  folder.write("estimate.txt", estimate);
+  const std::string start = kProgram + (folder / "estimate.txt") + " ", recording = folder.path().string();
+  EXPECT_NE(run(start + recording + "/groundtruth.txt").text.find("coverage 0.400"), std::string::npos);
+  const Output part = run(start + "replay:" + recording + ":3:7");
+  EXPECT_NE(part.text.find("coverage 1.000"), std::string::npos) << part.text;
+  const Output whole = run(start + "replay:" + recording);
+  EXPECT_NE(whole.text.find("coverage 0.400"), std::string::npos) << whole.text;
+  const Output late = run(start + "replay:" + recording + ":3:99");
+  EXPECT_NE(late.text.find("coverage 0.571"), std::string::npos) << late.text;  // four of the last seven
+  EXPECT_EQ(run(start + "replay:" + recording + ":10:12").status, 1);
+}
+
 class AgainstTheJudge : public testing::Test {
  protected:
   void SetUp() override {

@@ -18,34 +18,69 @@ std::uint64_t checksum(std::span<const std::uint8_t> head, std::span<const std::
   return wire::body_hash(0, head) ^ wire::body_hash(1, body);
 }
 
+// Behind the head: the seal, what is left of a body that was dropped, the body.
+std::vector<std::uint8_t> rest_of(const Record& record) {
+  std::vector<std::uint8_t> rest;
+  const auto add = [&](std::span<const std::uint8_t> bytes) { rest.insert(rest.end(), bytes.begin(), bytes.end()); };
+  add(record.seal.previous);
+  add(record.seal.signature);
+  rest.push_back(record.dropped ? 1 : 0);
+  if (record.dropped) {
+    std::array<std::uint8_t, 4> bytes;
+    put_little_endian(bytes.data(), record.dropped->bytes);
+    add(bytes);
+    add(record.dropped->digest);
+  }
+  add(record.body);
+  return rest;
+}
+
+template <std::size_t kBytes>
+void take(ByteReader& in, std::array<std::uint8_t, kBytes>& out) {
+  const auto bytes = in.bytes(kBytes);
+  std::copy(bytes.begin(), bytes.end(), out.begin());
+}
+
+void read_rest(ByteReader in, Record& record) {
+  take(in, record.seal.previous);
+  take(in, record.seal.signature);
+  if (in.get<std::uint8_t>() == 1) {
+    record.dropped.emplace();
+    record.dropped->bytes = in.get<std::uint32_t>();
+    take(in, record.dropped->digest);
+  }
+  const auto body = in.bytes(in.remaining());
+  record.body.assign(body.begin(), body.end());
+}
+
 void write_record(const Record& record, std::vector<std::uint8_t>& file) {
+  const std::vector<std::uint8_t> rest = rest_of(record);
   std::array<std::uint8_t, kHeadBytes> head;
   std::uint8_t* at = std::copy(record.id.log.robot.bytes.begin(), record.id.log.robot.bytes.end(), head.begin());
   at = put_little_endian(at, record.id.log.lane);
   at = put_little_endian(at, record.id.log.incarnation);
   at = put_little_endian(at, record.id.seq);
   at = put_little_endian(at, record.kind);
-  at = put_little_endian(at, static_cast<std::uint32_t>(record.body.size()));
-  put_little_endian(at, checksum(std::span(head).first(kHeadBytes - 8), record.body));
+  at = put_little_endian(at, static_cast<std::uint32_t>(rest.size()));
+  put_little_endian(at, checksum(std::span(head).first(kHeadBytes - 8), rest));
   file.insert(file.end(), head.begin(), head.end());
-  file.insert(file.end(), record.body.begin(), record.body.end());
+  file.insert(file.end(), rest.begin(), rest.end());
 }
 
 std::optional<Record> read_record(ByteReader& in) {
   const auto head = in.bytes(kHeadBytes - 8);
   ByteReader fields(head);
   Record record;
-  const auto robot = fields.bytes(record.id.log.robot.bytes.size());
-  std::copy(robot.begin(), robot.end(), record.id.log.robot.bytes.begin());
+  take(fields, record.id.log.robot.bytes);
   record.id.log.lane = fields.get<std::uint8_t>();
   record.id.log.incarnation = fields.get<std::uint64_t>();
   record.id.seq = fields.get<std::uint32_t>();
   record.kind = fields.get<std::uint16_t>();
   const auto size = fields.get<std::uint32_t>();
   const auto sum = in.get<std::uint64_t>();
-  const auto body = in.bytes(size);
-  if (!in.ok() || sum != checksum(head, body)) return std::nullopt;
-  record.body.assign(body.begin(), body.end());
+  const auto rest = in.bytes(size);
+  if (!in.ok() || sum != checksum(head, rest)) return std::nullopt;
+  read_rest(ByteReader(rest), record);
   return record;
 }
 }  // namespace
@@ -64,6 +99,7 @@ class JournalStore final : public LogStore {
     }
     disk_.file_.resize(good);
     disk_.durable_ = good;
+    durable_to_ = records_.frontier();
   }
   Status append(Record record) override {
     std::vector<std::uint8_t> bytes;
@@ -74,7 +110,12 @@ class JournalStore final : public LogStore {
   }
   Status sync() override {
     disk_.durable_ = disk_.file_.size();
+    durable_to_ = records_.frontier();
     return success();
+  }
+  std::uint32_t durable(const LogId& log) const override {
+    const auto at = durable_to_.find(log);
+    return at == durable_to_.end() ? 0 : at->second;
   }
   std::shared_ptr<const Record> find(const RecordId& id) const override { return records_.find(id); }
   void scan(const std::function<void(const std::shared_ptr<const Record>&)>& visit) const override {
@@ -87,6 +128,7 @@ class JournalStore final : public LogStore {
  private:
   JournalDisk& disk_;
   MemoryStore records_;
+  VersionVector durable_to_;
 };
 
 std::unique_ptr<LogStore> JournalDisk::open() { return std::make_unique<JournalStore>(*this); }

@@ -35,6 +35,7 @@ LinkModel links_of(Random& random) {
 NodeConfig node_of(Random& random) {
   NodeConfig node;
   if (chance(random, 0.5)) node.credit_bytes = 5'000 + random.below(60'000);
+  if (chance(random, 0.5)) node.most_credit_bytes = node.credit_bytes * (1 + random.below(4));
   if (chance(random, 0.5)) node.reassembly_bytes = random.below(2'000'000);
   if (chance(random, 0.5)) node.bytes_per_second = 200'000 + random.below(4'000'000);
   if (chance(random, 0.5)) node.neighbour_timeout = between(random, seconds(3), seconds(20));

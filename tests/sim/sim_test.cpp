@@ -167,11 +167,14 @@ TEST(Watch, SeesAnswersToAddressesThatProvedNothing) {
 
 // Partitioned for good, a team does not become equal: that fails, and what has nothing to do with it goes.
 TEST(Shrink, LeavesOnlyWhatIsNeeded) {
-  Scenario scenario = scenario_of(12);
-  scenario.hostile = false;
+  Scenario scenario;
+  scenario.seed = 12;
+  scenario.robots = 3;
+  scenario.chaos = 4s;
   scenario.links = {.loss = 0.05, .jitter = 3ms};
-  scenario.field = {};
-  scenario.edges = {};  // nobody hears anybody
+  scenario.faults.resize(3);
+  for (Fault& fault : scenario.faults) fault.kind = Fault::Kind::clock_jump, fault.at = 1s, fault.lasts = 20ms;
+  // Nobody hears anybody.
   scenario.writes = {{1s, 0, 1, 10}, {1500ms, 0, 2, 10}, {2s, 0, 3, 100}};
   ASSERT_FALSE(run(scenario).failure.empty());
   const Scenario least = shrink(scenario);

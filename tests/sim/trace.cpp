@@ -34,6 +34,9 @@ struct Words {
   std::string operator()(const wire::LaterLife& f) const {
     return fmt::format("later_life({}, {})", f.robot.name(), f.incarnation);
   }
+  std::string operator()(const wire::Mass& f) const {
+    return fmt::format("mass({:x}, {:.2f}{})", f.round, f.heard / 65535.0, f.has_amounts ? ", amounts" : "");
+  }
   template <class Other>
   std::string operator()(const Other&) const {
     return "another frame";

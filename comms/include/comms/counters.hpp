@@ -17,12 +17,13 @@ enum class FrameType : std::uint8_t {
   pong = 8,
   feedback = 10,
   head = 11,
-  later_life = 128  // who does not know this type skips it
+  later_life = 128,  // who does not know this type, or a greater one, skips it
+  mass = 129
 };
-inline constexpr std::array kFrameTypes{FrameType::beacon,       FrameType::status,    FrameType::have,
-                                        FrameType::have_request, FrameType::want,      FrameType::data,
-                                        FrameType::ping,         FrameType::pong,      FrameType::feedback,
-                                        FrameType::head,         FrameType::later_life};
+inline constexpr std::array kFrameTypes{FrameType::beacon,       FrameType::status,     FrameType::have,
+                                        FrameType::have_request, FrameType::want,       FrameType::data,
+                                        FrameType::ping,         FrameType::pong,       FrameType::feedback,
+                                        FrameType::head,         FrameType::later_life, FrameType::mass};
 // Types up to 14, then those from 128 on; index 0 is not used.
 inline constexpr std::size_t kFrameTypeCount = 17;
 constexpr std::size_t index_of(FrameType type) {
@@ -74,6 +75,7 @@ enum class Refusal : std::uint8_t {
   robots_full,         // a log of a robot beyond max_robots
   status_unknown,      // a status of a robot, or of a life, of which no record is here
   own_log_ahead,       // somebody claims to hold records of ours that we never wrote
+  bad_mass,            // amounts for the team's talks that no honest robot says
   later_life,          // records or a status in our name, of a life that we did not begin
   contradicts_author,  // records of a life later than the one in which their author, a neighbour, greets us
   want_unknown,        // asks for a record that we do not hold

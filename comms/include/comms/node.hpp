@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -9,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "comms/consensus/scalars.hpp"
 #include "comms/counters.hpp"
 #include "comms/datagram_port.hpp"
 #include "comms/endpoint.hpp"
@@ -71,6 +73,8 @@ struct NeighbourStatus {
   Traffic traffic;                // bytes_in and bytes_out, by kind
   bool within_budget = true;      // of the link: more than control and poses may go
   std::uint64_t bytes_today = 0;  // against the day's budget, IP and UDP headers included
+  // Expected transmissions until a datagram and its answer have come through (De Couto and others, 2003).
+  double etx() const { return 1.0 / std::max((1.0 - loss) * (1.0 - loss_there), 1e-3); }
 };
 
 // What is known of a robot that has records here or is a neighbour.
@@ -138,6 +142,10 @@ class Node {
   Result<RecordId> append(Instant now, std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body);
   // What beacons say about this robot; sent at once when it changed (at most ten times a second).
   void set_local_status(Instant now, std::uint64_t map_digest, std::uint8_t flags);
+
+  // What this robot brings to the team's talks, as often as it is known anew.
+  void bring(Instant now, Scalar which, double own);
+  ScalarsView scalars() const;
 
   bool next_outgoing(OutgoingDatagram& datagram);            // false: nothing to send at the last `now`
   bool next_applied(std::shared_ptr<const Record>& record);  // each stored record once, own and others', in log order

@@ -30,6 +30,7 @@ class Decoder {
   bool decode_have(std::span<const std::uint8_t> body);
   bool decode_want(std::span<const std::uint8_t> body);
   bool decode_data(std::span<const std::uint8_t> body);
+  bool decode_mass(std::span<const std::uint8_t> body);
   bool decode_head(std::span<const std::uint8_t> body);
   bool valid(const RobotId& robot);
   bool valid(const LogId& log);
@@ -62,6 +63,7 @@ class Encoder {
   bool pong(std::uint32_t token);
   bool feedback(const Feedback& feedback);
   bool later_life(const LaterLife& later);
+  bool mass(const Mass& mass);
 
  private:
   bool open(FrameType type, std::size_t body_bytes);

@@ -53,7 +53,7 @@ void Outbox::want_nothing() {
 }
 
 bool Outbox::due(Instant now) const {
-  return later_life_due || have_request_due || have_due(now) || (want_at_ && *want_at_ <= now) ||
+  return mass_due || later_life_due || have_request_due || have_due(now) || (want_at_ && *want_at_ <= now) ||
          wants_.size() >= kManyWants;
 }
 

@@ -39,6 +39,8 @@ struct Speaker {
 struct OwnWord {
   std::uint64_t map_digest = 0;
   std::uint8_t flags = 0;
+  std::optional<double> loss_there{};  // of our datagrams, 0..1
+  std::size_t neighbours = 1;          // that it has itself
 };
 
 // All that is known about one endpoint, each part with its own rules.

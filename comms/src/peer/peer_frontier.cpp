@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint64_t kReordered = 64;  // datagrams that may overtake each other
 constexpr auto kRefusedRetry = std::chrono::seconds(4);
 constexpr auto kRequestGap = milliseconds(50);
-constexpr unsigned kRequestsInVain = 8;
+constexpr unsigned kRequestsInVain = 4;
 constexpr unsigned kPatientRequests = 6, kMostSteps = 5;  // then twice as long each time
 }  // namespace
 

@@ -20,6 +20,7 @@ constexpr int kNoFaster = 6;                       // feedbacks, about three rou
 constexpr Duration kDrainEvery = std::chrono::seconds(5);
 constexpr Duration kSoonest = milliseconds(500);       // a drain because of losses
 constexpr Duration kTogether = milliseconds(1000);     // a drain with somebody else
+constexpr Duration kClockNoise = milliseconds(20);     // more queue than round trip is none
 constexpr Duration kStale = std::chrono::seconds(10);  // without feedback: clocks drift, ways change
 constexpr Duration kSilence = milliseconds(300), kProbe = milliseconds(100);
 constexpr Duration kTrain = milliseconds(2);
@@ -72,6 +73,12 @@ void RateController::feedback(Instant now, const wire::Feedback& feedback) {
     clock_ = microseconds(feedback.clock_us);
   }
   delay_.sample(now, clock_ - sent->at.time_since_epoch());
+  // What waits on the way there makes the way there and back longer, too. Else a clock was set.
+  if (delay_.queue() > round_trip_ + kClockNoise) {
+    delay_.begin_again();
+    delay_.sample(now, clock_ - sent->at.time_since_epoch());
+    points_.clear();
+  }
   last_ = feedback;
   last_at_ = now;
   waits_no_longer(now, feedback.highest);

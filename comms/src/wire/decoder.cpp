@@ -1,5 +1,7 @@
 #include <xxhash.h>
 
+#include <bit>
+
 #include "comms/wire.hpp"
 
 namespace onemap::comms::wire {
@@ -31,7 +33,8 @@ std::uint32_t fragment_size(std::uint32_t total, std::uint32_t fragment) {
 FrameType type_of(const Frame& frame) {
   constexpr std::array kTypes{FrameType::beacon,   FrameType::status,     FrameType::have, FrameType::have_request,
                               FrameType::want,     FrameType::data,       FrameType::ping, FrameType::pong,
-                              FrameType::feedback, FrameType::later_life, FrameType::head};  // in the order of Frame
+                              FrameType::feedback, FrameType::later_life, FrameType::head,
+                              FrameType::mass};  // in the order of Frame
   static_assert(kTypes.size() == std::variant_size_v<Frame>);
   return kTypes[frame.index()];
 }
@@ -64,15 +67,15 @@ Refusal Decoder::decode(std::span<const std::uint8_t> datagram) {
 }
 
 Refusal Decoder::decode_frames(std::span<const std::uint8_t> frames) {
-  constexpr auto kLaterLife = static_cast<std::uint8_t>(FrameType::later_life);
+  constexpr auto kLastKnown = static_cast<std::uint8_t>(FrameType::mass);
   bad_robot_id_ = false;
   ByteReader in(frames);
   while (in.remaining() > 0) {
     const auto type = in.get<std::uint8_t>();
     const auto body = in.bytes(in.get<std::uint16_t>());
     if (!in.ok()) return Refusal::bad_frame;
-    const bool known = type < kFirstSkippableType || type == kLaterLife;
-    if (known && !decode_frame(type, body)) return bad_robot_id_ ? Refusal::bad_robot_id : Refusal::bad_frame;
+    if (type <= kLastKnown && !decode_frame(type, body))
+      return bad_robot_id_ ? Refusal::bad_robot_id : Refusal::bad_frame;
   }
   return Refusal::count;
 }
@@ -133,6 +136,8 @@ bool Decoder::decode_frame(std::uint8_t type, std::span<const std::uint8_t> body
       frames_.emplace_back(later);
       return in.done() && later.incarnation != 0 && valid(later.robot);
     }
+    case FrameType::mass:
+      return decode_mass(body);
   }
   return false;
 }
@@ -185,6 +190,23 @@ bool Decoder::decode_want(std::span<const std::uint8_t> body) {
   }
   frames_.emplace_back(Want{credit, std::span(want_).subspan(first)});
   return in.ok();
+}
+
+bool Decoder::decode_mass(std::span<const std::uint8_t> body) {
+  ByteReader in(body);
+  Mass mass;
+  mass.heard = in.get<std::uint16_t>();
+  mass.neighbours = in.get<std::uint8_t>();
+  mass.round = in.get<std::uint64_t>();
+  mass.clock_ns = in.get<std::int64_t>();
+  mass.has_amounts = in.remaining() > 0;
+  for (comms::Mass& given : mass.given) {
+    if (!mass.has_amounts) break;
+    given.y = std::bit_cast<double>(in.get<std::uint64_t>());
+    given.z = std::bit_cast<double>(in.get<std::uint64_t>());
+  }
+  frames_.emplace_back(mass);
+  return in.done() && (mass.round != 0 || !mass.has_amounts);
 }
 
 bool Decoder::decode_data(std::span<const std::uint8_t> body) {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <bit>
 
 #include "comms/wire.hpp"
 
@@ -131,6 +132,20 @@ bool Encoder::later_life(const LaterLife& later) {
   if (!open(FrameType::later_life, kLaterLifeBytes)) return false;
   put(later.robot);
   put(later.incarnation);
+  return true;
+}
+
+bool Encoder::mass(const Mass& mass) {
+  if (!open(FrameType::mass, kMassFixedBytes + (mass.has_amounts ? kMassAmountsBytes : 0))) return false;
+  put(mass.heard);
+  put(mass.neighbours);
+  put(mass.round);
+  put(mass.clock_ns);
+  for (const comms::Mass& given : mass.given) {
+    if (!mass.has_amounts) break;
+    put(std::bit_cast<std::uint64_t>(given.y));
+    put(std::bit_cast<std::uint64_t>(given.z));
+  }
   return true;
 }
 

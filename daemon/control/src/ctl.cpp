@@ -172,6 +172,7 @@ void CommandLine::declare_reading() {
   };
   plain("status", "what the robot is doing", "STATUS", status_words);
   plain("peers", "whom it hears, and who holds which map", "PEERS", peers_words);
+  plain("consensus", "what the team agrees on: clocks, brightness, its size", "CONSENSUS", consensus_words);
   plain("map", "the map that it holds, and what became of pairs of robots", "MAP", map_words);
   command("pose", "where the camera is: time, state, frame, x y z qx qy qz qw", [](Ctl& ctl) {
     return ctl.options.follow ? follow(ctl, {"POSE"}) : ask(ctl, {{"class", "POSE"}}, pose_words);

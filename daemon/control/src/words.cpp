@@ -112,11 +112,12 @@ std::string status_words(const Json& a) {
 std::string peers_words(const Json& a) {
   if (flag(a, "alone")) return "this robot is alone: no network.listen, network.peers or network.group\n";
   std::vector<std::vector<std::string>> rows{
-      {"PEER", "AT", "HEARD", "LOSS", "ROUND TRIP", "RATE", "IN", "OUT", "MAP", "SAME"}};
+      {"PEER", "AT", "HEARD", "LOSS", "LOSS THERE", "ETX", "ROUND TRIP", "RATE", "IN", "OUT", "MAP", "SAME"}};
   for (const Json& p : member(a, "peers"))
     rows.push_back({text(p, "robot"), text(p, "endpoint"),
                     flag(p, "alive") ? ago(number(p, "silent_s")) : "silent " + ago(number(p, "silent_s")),
                     fmt::format("{:.0f} %", 100 * number(p, "loss")),
+                    fmt::format("{:.0f} %", 100 * number(p, "loss_there")), fmt::format("{:.2f}", number(p, "etx")),
                     fmt::format("{:.1f} ms", number(p, "round_trip_ms")),
                     !p.contains("within_budget") || flag(p, "within_budget") ? bytes_text(number(p, "rate")) + "/s"
                                                                              : "budget spent",
@@ -134,6 +135,22 @@ std::string peers_words(const Json& a) {
   if (!text(a, "id_also_used_at", "").empty())
     out += "this robot's id is also used at " + text(a, "id_also_used_at") + "\n";
   return out;
+}
+
+std::string consensus_words(const Json& a) {
+  if (flag(a, "alone")) return "this robot is alone: there is nobody to agree with\n";
+  const auto of = [&](const char* scalar, const char* which) { return member(member(a, scalar), which); };
+  const auto shown = [&](const char* scalar, const char* which, int digits) {
+    const Json value = of(scalar, which);
+    return value.is_number() ? fmt::format("{:.{}f}", value.get<double>(), digits) : std::string("not known yet");
+  };
+  std::string out = line(
+      "state", fmt::format("{}, {} exchanges", flag(a, "settled") ? "settled" : "under way", text(a, "exchanges")));
+  out += line("robots", shown("team_size", "agreed", 2));
+  out += line("clock", shown("clock_offset_s", "own", 4) + " s ahead of the team's mean");
+  out += line("brightness", shown("brightness", "own", 1) + ", the team's mean " + shown("brightness", "agreed", 1));
+  const Json gain = member(a, "colour_gain");
+  return out + line("colour gain", gain.is_number() ? fmt::format("{:.3f}", gain.get<double>()) : "not known yet");
 }
 
 std::string map_words(const Json& a) {

@@ -29,6 +29,21 @@ std::string to_json(const TeamEvaluation& evaluation) {
 }
 
 std::string to_text(const TeamEvaluation& evaluation, const EvaluationSettings& settings) {
+  std::string text;
+  for (const RobotEvaluation& r : evaluation.robots) {
+    text += fmt::format("{}: poses {} coverage {:.3f} ATE alone {:.4f} joint {:.4f} max {:.4f}",
+                        printable(r.estimate_name), r.poses, r.coverage, r.ate_alone, r.ate_joint, r.max);
+    if (r.rpe)
+      text += fmt::format(" RPE/{:g}s {:.4f} m {:.3f} deg", settings.rpe_delta_s, r.rpe->translation_m,
+                          r.rpe->rotation_deg);
+    text += "\n";
+  }
+  return text + fmt::format("team of {}: poses {} coverage {:.3f} ATE {:.4f} median {:.4f} max {:.4f}\n",
+                            evaluation.robots.size(), evaluation.poses, evaluation.coverage, evaluation.ate,
+                            evaluation.median, evaluation.max);
+}
+
+std::string to_table(const TeamEvaluation& evaluation, const EvaluationSettings& settings) {
   std::string text = fmt::format(
       "{:>6}  {:>8}  {:>9}  {:>9}  {:>9}  {:>9}  {:>8}  estimate\n{:>6}  {:>8}  {:>9}  {:>9}  {:>9}  {:>9}  {:>8}\n",
       "poses", "coverage", "ATE alone", "ATE joint", "ATE max", fmt::format("RPE {:g} s", settings.rpe_delta_s), "RPE",

@@ -63,6 +63,7 @@ class Pipeline {
   void abandon() { abandoned_ = true; }  // leave out what is still queued; finish with what there is
   void join();
   PipelineProgress progress() const;
+  double brightness() const { return brightness_; }  // of the camera's images lately, 0..255; 0: none yet
   PoseNow pose() const;
   const Heartbeat& heartbeat() const { return heartbeat_; }
   PipelineView view() const;
@@ -128,6 +129,7 @@ class Pipeline {
   std::atomic<std::uint64_t> frames_done_ = 0, tracked_ = 0, keyframes_ = 0, blocks_refused_ = 0;
   bool ending_ = false;  // what is left is handed over, however long that takes
   std::atomic<bool> finished_ = false, abandoned_ = false;
+  std::atomic<double> brightness_ = 0.0;
   Heartbeat heartbeat_;
   Worker thread_;
 };

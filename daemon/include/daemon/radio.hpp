@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "comms/disk/disk_store.hpp"
+#include "comms/disk/posix_disk.hpp"
 #include "comms/memory_store.hpp"
 #include "comms/node.hpp"
 #include "comms/udp/udp_port.hpp"
@@ -49,6 +51,7 @@ struct RadioView {
   std::string store_full;                        // why records cannot be held, in words; empty: they can
   bool delivered = true;                         // neighbours hold this robot's control and pose records
   std::vector<comms::NeighbourStatus> neighbours;
+  comms::ScalarsView scalars;              // what the team agrees on
   comms::Counters counters;                // of this robot's present life
   std::map<RobotId, RecordTally> records;  // by author, as they were applied
 };
@@ -70,10 +73,11 @@ class Radio {
   void start();
   // Sends what was published, until neighbours hold this robot's control and pose records, for at most `linger`.
   void stop(Duration linger = Duration::zero());
-  void publish(OutgoingRecord record);                // any thread but this one; waits while 64 are on their way
-  void finish(std::uint32_t frames);                  // any thread: nothing more of the own camera comes
-  void say(std::uint64_t map_digest, bool finished);  // any thread: what neighbours and beacons hear
-  void leave_out(std::set<RobotId> gone);             // any thread: agreement does not wait for these
+  void publish(OutgoingRecord record);  // any thread but this one; waits while 64 are on their way
+  void finish(std::uint32_t frames);    // any thread: nothing more of the own camera comes
+  void bring_brightness(double mean) { brightness_ = mean; }  // of the camera's images, for the team's talks
+  void say(std::uint64_t map_digest, bool finished);          // any thread: what neighbours and beacons hear
+  void leave_out(std::set<RobotId> gone);                     // any thread: agreement does not wait for these
   RadioView view() const;
   const Heartbeat& heartbeat() const { return heartbeat_; }
   std::uint64_t incarnation() const { return life_.number(); }  // before start()
@@ -81,8 +85,15 @@ class Radio {
 
  private:
   static constexpr std::size_t kOutbox = 64;
-  Radio(const Config& config, comms::NodeConfig node, LifeCounter life, std::unique_ptr<comms::DatagramPort> port,
-        std::unique_ptr<TeamSeal> seal, Listener listener, Failures& failures, Log& log);
+  struct Store {  // on the disk, if it can be
+    std::unique_ptr<comms::PosixDisk> disk;
+    std::unique_ptr<comms::LogStore> log;
+    comms::DiskStore* kept = nullptr;  // the log, when it is on the disk
+  };
+  static Store open_store(const Config& config, Log& log);
+  Radio(const Config& config, Store store, comms::NodeConfig node, LifeCounter life,
+        std::unique_ptr<comms::DatagramPort> port, std::unique_ptr<TeamSeal> seal, Listener listener,
+        Failures& failures, Log& log);
   void begin_node();
   void on_timer(Instant now);
   Instant next_deadline() const;
@@ -101,6 +112,8 @@ class Radio {
   void end_life(Instant now, OutgoingRecord hello);
   void rise_again();
   void hand_out_applied();
+  void forget_what(const Record& replaces);
+  void log_complaints();
   void log_neighbours();
   void log_refusals();
   void log_network();
@@ -114,7 +127,9 @@ class Radio {
   LifeCounter life_;
   unsigned new_lives_ = 0;
   comms::NodeConfig node_config_;
-  comms::MemoryStore store_;
+  Store store_;
+  // Of each log the last record of each kind of which only the last one counts.
+  std::map<std::pair<LogId, std::uint16_t>, RecordId> last_of_kind_;
   std::unique_ptr<comms::DatagramPort> port_;
   const std::unique_ptr<TeamSeal> seal_;  // nullptr: no team key, and no guard
   std::unique_ptr<comms::Node> node_;
@@ -141,6 +156,7 @@ class Radio {
   bool cut_off_ = false;                                            // nothing could be sent, as last logged
   Instant looked_{};
   std::atomic<bool> stopping_ = false;
+  std::atomic<double> brightness_ = 0.0;  // 0: not known
   std::atomic<std::int64_t> linger_until_ns_ = 0;
   Heartbeat heartbeat_;
   Worker thread_;

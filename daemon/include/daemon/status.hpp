@@ -33,6 +33,7 @@ struct DaemonStatus {
   // Own work done, but no agreement yet: what this robot waits for, in words, and whether that cannot come by itself.
   std::string waiting;
   bool stuck = false;
+  std::map<std::string, double> consensus;       // what the team agrees on (comms::Scalar), as far as it is known
   std::map<std::string, std::uint64_t> refused;  // datagrams and records, by reason
 };
 

@@ -17,12 +17,12 @@ std::string team_key_file(const Config& config);
 // Without a key, what is not this machine's is refused; the error's place is a key of the configuration.
 Status check_reach_without_key(const Config& config);
 
-// What a robot of a team with a key keeps in files: the team's key, its own identity (OUT/identity, made when there is
-// none), and the keys of the robots that it has met (OUT/known_robots: a line `NAME KEY` each).
+// What a robot of a team with a key keeps in files beside its identity: the team's key, and the keys of the robots that
+// it has met (OUT/known_robots: a line `NAME KEY` each).
 class TeamSeal {
  public:
   // nullptr: this team has no key. The error says what is wrong with a file, and what to do.
-  static Result<std::unique_ptr<TeamSeal>> open(const Config& config, Log& log);
+  static Result<std::unique_ptr<TeamSeal>> open(const Config& config, const comms::Identity& identity, Log& log);
   std::unique_ptr<comms::Guard> guard(const comms::NodeConfig& config, comms::Node& node);
   void keep_pins(Log& log);   // writes those that are new; says when that fails
   std::string words() const;  // the team's and the robot's fingerprint

@@ -71,6 +71,7 @@ std::vector<Command> control_commands(const std::function<RobotFacts()>& facts, 
   return {
       {"STATUS", Effect::reads, {}, "what the robot is doing", from(facts, status_json)},
       {"PEERS", Effect::reads, {}, "whom it hears, and who holds which map", from(facts, peers_json)},
+      {"CONSENSUS", Effect::reads, {}, "what the team agrees on", from(facts, consensus_json)},
       {"MAP", Effect::reads, {}, "the map that it holds", from(facts, map_json)},
       {"POSE", Effect::reads, {}, "where the camera is", from(facts, pose_of)},
       {"CAMERAS", Effect::reads, {}, "what it sees with", from(facts, cameras_json)},

@@ -36,6 +36,8 @@ Json neighbour_json(const comms::NeighbourStatus& n, const RobotFacts& facts) {
           {"alive", n.alive},
           {"silent_s", round_to(seconds_between(n.last_heard, facts.now), 0.001)},
           {"loss", round_to(n.loss, 0.0001)},
+          {"loss_there", round_to(n.loss_there, 0.0001)},
+          {"etx", round_to(n.etx(), 0.01)},
           {"round_trip_ms", round_to(to_seconds(n.round_trip) * 1e3, 0.001)},
           {"bytes_in", n.bytes_in},
           {"bytes_out", n.bytes_out},
@@ -43,7 +45,6 @@ Json neighbour_json(const comms::NeighbourStatus& n, const RobotFacts& facts) {
           {"within_budget", n.within_budget},
           {"rate", round_to(n.rate, 1)},
           {"queue_ms", round_to(to_seconds(n.queue) * 1e3, 0.001)},
-          {"loss_there", round_to(n.loss_there, 0.0001)},
           {"traffic", {{"in", traffic_json(n.traffic.in)}, {"out", traffic_json(n.traffic.out)}}},
           {"map_digest", digest_text(n.map_digest)},
           {"same_map", n.map_digest != 0 && n.map_digest == facts.status.map_digest},
@@ -128,6 +129,20 @@ Json peers_json(const RobotFacts& facts) {
           {"bytes_sent", facts.radio.bytes_sent},
           {"bytes_received", facts.radio.bytes_received},
           {"records_missing", facts.radio.records_missing}};
+}
+
+// Means over the team, but for team_size; what is not known yet is null.
+Json consensus_json(const RobotFacts& facts) {
+  const comms::ScalarsView& view = facts.radio.scalars;
+  Json out{{"alone", facts.alone}, {"settled", view.settled}, {"exchanges", view.exchanges}};
+  for (std::size_t k = 0; k < comms::kScalars; ++k) {
+    const comms::ScalarValue& value = view.values[k];
+    out[name(static_cast<comms::Scalar>(k))] = {{"own", value.known ? Json(value.own) : Json()},
+                                                {"agreed", value.known ? Json(value.agreed) : Json()}};
+  }
+  const auto& light = view.values[static_cast<std::size_t>(comms::Scalar::brightness)];
+  out["colour_gain"] = light.known && light.own > 0 ? Json(light.agreed / light.own) : Json();
+  return out;
 }
 
 Json map_json(const RobotFacts& facts) {

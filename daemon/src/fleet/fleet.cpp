@@ -100,9 +100,9 @@ Status Fleet::start_robot(std::size_t number) {
     arguments.insert(arguments.end(), {"--peer", fmt::format("127.0.0.1:{}", links_->port(link, number))});
   }
   if (!config_.features.empty()) arguments.insert(arguments.end(), {"--features", config_.features});
-  arguments.insert(arguments.end(), {"--team-key", config_.team_key.empty() ? "none" : config_.team_key});
   if (config_.matches_picture > 0)
     arguments.insert(arguments.end(), {"--matches-picture", std::to_string(config_.matches_picture)});
+  arguments.insert(arguments.end(), {"--team-key", config_.team_key.empty() ? "none" : config_.team_key});
   // Not the one of a robot that this machine may be.
   arguments.insert(arguments.end(), {"--config", config_.robot_config.empty() ? "/dev/null" : config_.robot_config});
   auto child = ChildProcess::start(daemon_program_, arguments, folder(number) + "/log.txt");

@@ -4,6 +4,7 @@
 #include "mapping/records/hello.hpp"
 #include "mapping/records/keyframe.hpp"
 #include "mapping/records/kind.hpp"
+#include "mapping/records/last_counts.hpp"
 #include "mapping/records/submap.hpp"
 
 namespace onemap::mapping {
@@ -85,6 +86,10 @@ Status keep_solution(const Record& record, TeamMember& member) {
 }  // namespace
 
 Status TeamMember::apply(const RecordPtr& record) {
+  if (record->dropped) {
+    if (only_the_last_counts(static_cast<RecordKind>(record->kind))) return success();  // a later one took its place
+    return Error{"kind " + std::to_string(record->kind), "its body was dropped, and nothing takes its place"};
+  }
   switch (static_cast<RecordKind>(record->kind)) {
     case RecordKind::hello:
       return keep_hello(*record, *this);

@@ -1,10 +1,13 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <variant>
 
+#include "comms/consensus/running_sums.hpp"
+#include "comms/consensus/scalars.hpp"
 #include "comms/counters.hpp"
 #include "comms/record_head.hpp"
 #include "comms/status.hpp"
@@ -85,7 +88,17 @@ struct LaterLife {
   std::uint64_t incarnation = 0;
   bool operator==(const LaterLife&) const = default;
 };
-using Frame = std::variant<Beacon, Status, Have, HaveRequest, Want, Data, Ping, Pong, Feedback, LaterLife, Head>;
+// How the link is from here, and what goes to and fro in the team's talks (Talks, RunningSums).
+struct Mass {
+  std::uint16_t heard = 0;  // share of the receiver's datagrams that come here, in 65535ths; 0: not known
+  std::uint8_t neighbours = 0;
+  std::uint64_t round = 0;    // of talks; 0: none, and no amounts
+  std::int64_t clock_ns = 0;  // of who began the round, when this was sent
+  bool has_amounts = false;
+  std::array<comms::Mass, kScalars> given;  // to the receiver, since the round began
+};
+using Frame =
+    std::variant<Beacon, Status, Have, HaveRequest, Want, Data, Ping, Pong, Feedback, LaterLife, Head, Mass>;
 FrameType type_of(const Frame& frame);
 
 inline constexpr std::size_t kBeaconBytes = 37;
@@ -95,6 +108,7 @@ inline constexpr std::size_t kWantEntryBytes = 33, kWantFixedBytes = 4;
 inline constexpr std::size_t kDataFixedBytes = 46;
 inline constexpr std::size_t kFeedbackBytes = 16;
 inline constexpr std::size_t kLaterLifeBytes = 24;
+inline constexpr std::size_t kMassFixedBytes = 19, kMassAmountsBytes = 16 * kScalars;
 inline constexpr std::size_t kHeadFrameBytes = 164;
 
 constexpr std::uint32_t fragments_of(std::uint32_t total_bytes) {

@@ -7,10 +7,11 @@
 #include "comms/secret.hpp"
 #include "hal/base/result.hpp"
 
-// Secrets of 32 bytes in files that only their owner reads: one line, `KIND 64-hexadecimal-digits`.
+// The team's key, and its like: secrets of 32 bytes in files that only their owner reads: one line, `KIND
+// 64-hexadecimal-digits`.
 namespace onemap::control {
 
-inline constexpr std::string_view kTeamKeyKind = "onemap-team-key-1", kIdentityKind = "onemap-identity-1";
+inline constexpr std::string_view kTeamKeyKind = "onemap-team-key-1";
 inline constexpr std::string_view kTeamKeyFile = "/etc/onemap/team.key";
 
 // A file that others may read or write is refused, with what to do. So is one that is no such line.

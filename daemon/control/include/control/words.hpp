@@ -8,6 +8,7 @@ namespace onemap::control {
 
 std::string status_words(const Json& answer);
 std::string peers_words(const Json& answer);
+std::string consensus_words(const Json& answer);
 std::string map_words(const Json& answer);
 std::string pose_words(const Json& answer);  // one line
 std::string cameras_words(const Json& answer);

@@ -64,6 +64,9 @@ Result<TeamEvaluation> evaluate(const std::vector<RobotTrajectories>& team, cons
 Eigen::Isometry3d align(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b);
 
 std::string to_json(const TeamEvaluation& evaluation);
+// A line a robot and one for the team, for programs that read such lines.
 std::string to_text(const TeamEvaluation& evaluation, const EvaluationSettings& settings);
+// The same for people: columns with their units.
+std::string to_table(const TeamEvaluation& evaluation, const EvaluationSettings& settings);
 
 }  // namespace onemap::evaluation

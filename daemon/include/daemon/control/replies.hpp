@@ -10,6 +10,7 @@ namespace onemap::daemon {
 control::Json greeting_json(const std::string& id, const std::string& version);
 control::Json status_json(const RobotFacts& facts);
 control::Json peers_json(const RobotFacts& facts);
+control::Json consensus_json(const RobotFacts& facts);
 control::Json map_json(const RobotFacts& facts);
 control::Json cameras_json(const RobotFacts& facts);
 // T_map_odom: where odometry is in the global map, if it is; see map_correction().

@@ -14,10 +14,10 @@ struct FleetConfig {
   std::vector<FleetLink> links;
   LinkFaults faults;
   std::string speed = "max";
-  std::string features;      // empty: the daemon's default
-  std::string robot_config;  // TOML for every robot; empty: none
-  std::string team_key;      // file; empty: none, and everything is plain
+  std::string features;               // empty: the daemon's default
+  std::string robot_config;           // TOML for every robot; empty: none
   std::uint64_t matches_picture = 0;  // frames from one picture of a robot's matches to the next; 0: none
+  std::string team_key;               // file; empty: none, and everything is plain
   double timeout_s = 600;
   std::string out;
 };

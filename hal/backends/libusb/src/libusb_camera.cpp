@@ -17,6 +17,7 @@ using std::chrono::milliseconds;
 // Half a frame's time at 30 Hz: an image's partner is never farther.
 constexpr Duration kMaxApart = std::chrono::microseconds(17000);
 constexpr milliseconds kLook{20};  // so often a wait looks whether the device has left
+constexpr milliseconds kLookAnew{1000};
 constexpr double kDepthFocal_px = 580, kMillimetres = 1000;
 
 }  // namespace
@@ -111,7 +112,7 @@ Grab LibusbCamera::lose_device() {
   counters_.unmatched += pairs_->unmatched();
   pairs_.emplace(kMaxApart, kWaiting);
   freenect_->close();
-  away_ = {};
+  away_ = looked_at_ = {};
   return Grab::gone;
 }
 
@@ -119,13 +120,25 @@ Grab LibusbCamera::grab_gone(Frame& into, milliseconds timeout) {
   const bool back = reconnect() || (usb_->wait_for_arrival(timeout) && reconnect());
   if (back) return grab_connected(into, timeout);
   away_ += timeout;
+  if (away_ - looked_at_ >= kLookAnew) look_anew();
   return Grab::gone;
+}
+
+// libusb hears of arrivals from udev's daemon. Where there is none (many containers) its list of the bus stays as it
+// was when it began: whoever begins now sees what is there.
+void LibusbCamera::look_anew() {
+  looked_at_ = away_;
+  auto usb = Usb::open();
+  if (!usb || std::ranges::none_of((*usb)->kinects(), [&](const Plugged& k) { return is_ours(k); })) return;
+  auto freenect = Freenect::start(**usb);
+  if (!freenect) return;
+  freenect_ = std::move(*freenect);
+  usb_ = std::move(*usb);
 }
 
 bool LibusbCamera::reconnect() {
   const std::vector<Plugged> all = usb_->kinects();
-  const auto same = [&](const Plugged& k) { return k.problem.empty() && k.serial == serial_; };
-  if (std::ranges::none_of(all, same)) return false;
+  if (std::ranges::none_of(all, [&](const Plugged& k) { return is_ours(k); })) return false;
   if (const Status status = connect(serial_); !status) {
     error_ = status.error();
     return false;

@@ -39,6 +39,8 @@ class LibusbCamera final : public DepthCamera {
   Grab grab_connected(Frame& into, std::chrono::milliseconds timeout);
   Grab grab_gone(Frame& into, std::chrono::milliseconds timeout);
   bool reconnect();
+  bool is_ours(const Plugged& kinect) const { return kinect.problem.empty() && kinect.serial == serial_; }
+  void look_anew();
   Grab lose_device();
   void take(const ImageRing::Image& image);
   bool next_pair(Outcome& pair);
@@ -47,9 +49,9 @@ class LibusbCamera final : public DepthCamera {
   ImageRing::Image& held(Stream stream, std::uint32_t slot) { return held_[stream == Stream::depth ? 0 : 1][slot]; }
 
   const Address address_;
-  const std::unique_ptr<Usb> usb_;            // before what runs on it
-  const std::unique_ptr<Freenect> freenect_;  // not open: gone
-  std::string serial_;                        // of the device that the camera began with; may be empty
+  std::unique_ptr<Usb> usb_;            // before what runs on it
+  std::unique_ptr<Freenect> freenect_;  // not open: gone
+  std::string serial_;                  // of the device that the camera began with; may be empty
   Intrinsics colour_;
   std::string description_;
   std::optional<imaging::PairByTime> pairs_;
@@ -60,7 +62,7 @@ class LibusbCamera final : public DepthCamera {
   std::vector<std::uint16_t> raw_;
   Ticks ticks_;
   DeviceClock clock_;
-  std::chrono::milliseconds away_{};
+  std::chrono::milliseconds away_{}, looked_at_{};  // since it left; when the bus was last looked at anew
   std::uint64_t index_ = 0, next_number_ = 0;
   CameraCounters counters_;
   Error error_;

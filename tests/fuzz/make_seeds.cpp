@@ -1,0 +1,176 @@
+// Writes the first inputs of the corpora: onemap_fuzz_seeds FOLDER. What libFuzzer finds comes beside them.
+#include <fmt/format.h>
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "comms/record_head.hpp"
+#include "comms/wire.hpp"
+#include "comms/wire/payload.hpp"
+#include "daemon/saved_map.hpp"
+#include "mapping/records/finished.hpp"
+#include "mapping/records/frontier.hpp"
+#include "mapping/records/hello.hpp"
+#include "mapping/records/keyframe.hpp"
+#include "mapping/records/kind.hpp"
+#include "mapping/records/link.hpp"
+#include "mapping/records/ruling.hpp"
+#include "mapping/records/solution.hpp"
+#include "mapping/records/submap.hpp"
+#include "mapping/records/trajectory.hpp"
+
+namespace {
+using namespace onemap;
+using Bytes = std::vector<std::uint8_t>;
+std::filesystem::path folder;
+
+void write(const std::string& target, const std::string& name, const Bytes& bytes) {
+  std::filesystem::create_directories(folder / target);
+  std::ofstream(folder / target / name, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+}
+Bytes of(const std::string& text) { return {text.begin(), text.end()}; }
+
+template <class Write>
+Bytes datagram(std::uint32_t counter, Write write_frames) {
+  std::array<std::uint8_t, comms::kMaxDatagramBytes> buffer{};
+  comms::wire::Encoder out(buffer, {comms::wire::DatagramType::unicast, 5, 7, counter});
+  write_frames(out);
+  return {buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(out.size())};
+}
+
+void wire_seeds() {
+  using namespace comms::wire;
+  const LogId log{RobotId::from_name("friend"), 1, 5};
+  Record record{{log, 0}, 3, {1, 2, 3, 4}, {}, {}};
+  comms::seal(record, {}, comms::Identity(comms::SecretSeed{2}));
+  FragmentBuffer scratch;
+  const std::array have{HaveEntry{log, 2}};
+  const std::array want{WantEntry{{{RobotId::from_name("self"), 1, 7}, 0}, 0, 3}};
+  const std::array robots{comms::RobotStatus{RobotId::from_name("third"), 9, 3, 1, 2, 1}};
+  Data data;
+  data.id = {log, 0};
+  data.kind = 3;
+  data.total_bytes = payload_bytes(record);
+  data.body_hash = payload_hash(record);
+  data.bytes = fragment_of(record, 0, scratch);
+  Head head;
+  head.record = comms::head_of(record);
+  Mass mass;
+  mass.heard = 60'000, mass.neighbours = 2, mass.round = 1u << 24, mass.clock_ns = 1'700'000'000'000'000'000,
+  mass.has_amounts = true;
+  mass.given.fill({0.5, 0.25});
+  const std::vector<std::pair<std::string, Bytes>> all{
+      {"beacon", datagram(1,
+                          [&](Encoder& out) {
+                            out.beacon({RobotId::from_name("friend"), 1, 2, 1, 0});
+                          })},
+      {"status", datagram(2, [&](Encoder& out) { out.status(robots); })},
+      {"have", datagram(3, [&](Encoder& out) { out.have(5, have); })},
+      {"have_request", datagram(4, [&](Encoder& out) { out.have_request(); })},
+      {"want", datagram(5, [&](Encoder& out) { out.want(5000, want); })},
+      {"data", datagram(6, [&](Encoder& out) { out.data(data); })},
+      {"head", datagram(9, [&](Encoder& out) { out.head(head); })},
+      {"feedback", datagram(10,
+                            [&](Encoder& out) {
+                              out.feedback({1, 1, 5, 5});
+                            })},
+      {"mass", datagram(11, [&](Encoder& out) { out.mass(mass); })},
+      {"ping", datagram(7, [&](Encoder& out) { out.ping(9), out.pong(8); })},
+      {"later_life", datagram(8, [&](Encoder& out) {
+         out.later_life({RobotId::from_name("self"), 70});
+       })}};
+  Bytes talk;
+  for (const auto& [name, bytes] : all) {
+    write("datagram", name, bytes);
+    Bytes one{bytes[kHeaderBytes]};
+    one.insert(one.end(), bytes.begin() + kHeaderBytes + kFrameHeadBytes, bytes.end());
+    write("frame", name, one);
+    talk.insert(talk.end(), {static_cast<std::uint8_t>(bytes.size()), 1, 20});
+    talk.insert(talk.end(), bytes.begin(), bytes.end());
+    write("node", name, talk);
+  }
+}
+
+Bytes record(mapping::RecordKind kind, const Bytes& body) {
+  Bytes out{static_cast<std::uint8_t>(kind)};
+  out.insert(out.end(), body.begin(), body.end());
+  return out;
+}
+
+void record_seeds() {
+  using namespace mapping;
+  write("record", "hello", record(RecordKind::hello, encode(HelloRecord{"r1", "tum:/data"})));
+  KeyframeRecord keyframe;
+  keyframe.index = 3;
+  keyframe.features.resize(2);
+  for (auto& feature : keyframe.features) feature.place = {5, 6, 7}, feature.laplacian = 1;
+  keyframe.grid.fx_fy_cx_cy = {1 << 17, 1 << 17, 5, 7};
+  keyframe.grid.width = 4, keyframe.grid.height = 3;
+  keyframe.grid.inverse_depth.assign(12, DepthGrid::kFarthest);
+  write("record", "keyframe", record(RecordKind::keyframe, encode(keyframe)));
+  TrajectoryRecord trajectory;
+  for (int i = 1; i < 4; ++i) trajectory.poses.push_back({frame_time_from_ns(i * 1000), {}});
+  write("record", "trajectory", record(RecordKind::trajectory, encode(trajectory)));
+  SubmapRecord submap{1, 20000, 60000, {}};
+  SubmapBlock block;
+  block.key = {1, -2, 3};
+  for (int i = 0; i < 200; ++i)
+    block.voxels[static_cast<std::size_t>(i)].tsdf = 100, block.voxels[static_cast<std::size_t>(i)].weight = 3;
+  submap.blocks.push_back(block);
+  write("record", "submap", record(RecordKind::submap, encode(submap)));
+  LinkRecord link;
+  link.a = RobotId::from_name("r1"), link.b = RobotId::from_name("r2");
+  link.incarnation_other = 5, link.supporting_pairs = 1;
+  link.reason = LinkReason::accepted;
+  link.pairs.push_back({1, 2, 30, {}});
+  write("record", "link", record(RecordKind::link, encode(link)));
+  write("record", "finished", record(RecordKind::finished, encode(FinishedRecord{})));
+  write("record", "frontier", record(RecordKind::frontier, encode(FrontierRecord{})));
+  write("record", "ruling", record(RecordKind::ruling, encode(RulingRecord{})));
+  write("record", "solution", record(RecordKind::solution, encode(SolutionRecord{})));
+}
+
+mapping::VoxelMap small_map() {
+  mapping::VoxelMapConfig config;
+  config.budget_bytes = 1u << 20;
+  config.image_pixels = 0;
+  return mapping::VoxelMap(config);
+}
+
+void daemon_seeds() {
+  write("config", "robot",
+        of("[robot]\nid = \"r1\"\nout = \"/tmp/x\"\n[run]\nspeed = \"real\"\nlost_after_s = 20.5\n"));
+  write("config", "network",
+        of("[network]\nlisten = \"0.0.0.0:7400\"\npeers = [\"10.0.0.2:7400\", \"10.0.0.3:7400\"]\n"
+           "group = \"239.1.1.1:7400\"\nbytes_per_second = 4000000\n"));
+  write("config", "wrong", of("[network]\nlisten = 5\nnothing = 1\n[map]\nvoxel_m = -1.0\n"));
+  write("config", "broken", of("[robot\nid = \"\\u00zz\"\n"));
+  write("control", "requests",
+        of("{\"class\":\"STATUS\",\"id\":1,\"watch\":true}\n{\"class\":\"SNAPSHOT\",\"path\":\"a\"}\r\n"));
+  write("control", "wrong", of("{}\n[]\n{\"class\":5}\n{\"class\":\"STATUS\",\"more\":1,\"id\":[]}\nno json\n\n"));
+  write("control", "deep", of(std::string(600, '[') + "\n" + std::string(300, '{') + "\n"));
+  mapping::VoxelMap map = small_map();
+  mapping::Voxel* const block = map.find_or_add({0, 0, 0});
+  for (int i = 0; i < mapping::kBlockVoxels; ++i) block[i].add_tsdf(i * 20 - 5000, 5);
+  daemon::SavedPath path;
+  path.name = "r1";
+  path.poses.resize(2), path.keyframes.resize(1);
+  write("saved_map", "block", daemon::save_map("a block", std::array{path}, map));
+  write("saved_map", "nothing", daemon::save_map("", {}, small_map()));
+  write("saved_map", "up", daemon::save_map("up", {}, map, mapping::UpDirection{{0, 600'000, 800'000}}));
+}
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    fmt::print(stderr, "usage: onemap_fuzz_seeds FOLDER\n");
+    return 2;
+  }
+  folder = argv[1];
+  wire_seeds();
+  record_seeds();
+  daemon_seeds();
+}

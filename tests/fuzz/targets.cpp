@@ -1,0 +1,12 @@
+#include "fuzz/targets.hpp"
+
+namespace onemap::fuzz {
+
+const std::vector<Target>& targets() {
+  static const std::vector<Target> all{{"datagram", datagram},  {"frame", frame},   {"node", node},
+                                       {"record", record},      {"config", config}, {"control", control},
+                                       {"saved_map", saved_map}};
+  return all;
+}
+
+}  // namespace onemap::fuzz
