@@ -42,7 +42,7 @@ Node::Impl::Impl(NodeConfig config_, LogStore& store_)
     Peer& peer = peers[endpoint];
     peer.endpoint = endpoint;
     peer.configured = true;
-    peer.rate = RateController(rate_bounds(config));
+    prepare(peer);
   }
   if (config.identity) notary.pin(config.self, config.identity->public_key());
   notary.start(store);
@@ -53,6 +53,12 @@ Node::Impl::Impl(NodeConfig config_, LogStore& store_)
     frontier_digest += entry_digest(log, count);
   }
   team.set_own(frontier_digest, 0, 0);
+}
+
+// Of a new endpoint.
+void Node::Impl::prepare(Peer& peer) const {
+  peer.rate = RateController(rate_bounds(config));
+  peer.budget = LinkBudget(config.link_budget_bytes_per_second, config.link_budget_bytes_per_day);
 }
 
 std::uint32_t Node::Impl::held(const LogId& log) const {
@@ -218,11 +224,26 @@ std::vector<NeighbourStatus> Node::neighbours() const {
   std::vector<NeighbourStatus> all;
   for (const auto& [endpoint, peer] : impl_->peers) {
     if (peer.who.incarnation == 0) continue;
-    all.push_back(
-        {peer.who.robot, peer.who.incarnation, endpoint, peer.who.alive, peer.who.last_heard, peer.session.loss(),
-         peer.round_trip.smoothed(), peer.bytes_in, peer.bytes_out, peer.rate.bytes_per_second(), peer.rate.queue(),
-         std::max(peer.rate.loss(), peer.word.loss_there.value_or(0.0)), peer.asks.outstanding() * wire::kFragmentBytes,
-         peer.serve.queued_bytes(), peer.frontier.claimed_digest(), peer.word.map_digest, peer.word.flags});
+    all.push_back({peer.who.robot,
+                   peer.who.incarnation,
+                   endpoint,
+                   peer.who.alive,
+                   peer.who.last_heard,
+                   peer.session.loss(),
+                   peer.round_trip.smoothed(),
+                   peer.bytes_in,
+                   peer.bytes_out,
+                   peer.rate.bytes_per_second(),
+                   peer.rate.queue(),
+                   std::max(peer.rate.loss(), peer.word.loss_there.value_or(0.0)),
+                   peer.asks.outstanding() * wire::kFragmentBytes,
+                   peer.serve.queued_bytes(),
+                   peer.frontier.claimed_digest(),
+                   peer.word.map_digest,
+                   peer.word.flags,
+                   peer.traffic,
+                   peer.budget.allows(impl_->now),
+                   peer.budget.spent_today(impl_->now)});
   }
   return all;
 }

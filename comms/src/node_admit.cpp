@@ -126,7 +126,7 @@ Peer* Node::Impl::room_for(const Endpoint& endpoint) {
   }
   Peer& peer = peers[endpoint];
   peer.endpoint = endpoint;
-  peer.rate = RateController(rate_bounds(config));
+  prepare(peer);
   peer.session.count_from(counted_to);
   return &peer;
 }

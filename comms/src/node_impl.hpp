@@ -33,6 +33,7 @@ struct Node::Impl {
   std::uint32_t told(const LogId& log) const;          // so many that they may
   void settle_own();                                   // tells of own records that have become durable
   void push(const RecordId& id);
+  void prepare(Peer& peer) const;
   std::optional<std::uint8_t> hops_of(const RecordId& id) const;
   void refuse(Refusal reason) {
     counters.refuse(reason);
@@ -59,7 +60,7 @@ struct Node::Impl {
   void receive(const Endpoint& from, std::span<const std::uint8_t> bytes);
   Refusal receive_sealed(const Endpoint& from, const Proof& proof, std::span<const std::uint8_t> frames);
   Refusal begin_session(const Endpoint& from, const Proof& proof);
-  Peer* speaker(const Endpoint& from, std::size_t bytes);
+  Peer* speaker(const Endpoint& from, std::size_t bytes, std::span<const std::uint8_t> frames);
   void hear(Peer& peer, const Session::Arrival& arrival, std::size_t bytes);
   void peer_up(Peer& peer);
   void on_frame(Peer& peer, const Session::Arrival& arrival, const wire::Frame& frame);
@@ -110,6 +111,7 @@ struct Node::Impl {
   void put_round_trip(wire::Encoder& out, Peer& peer);
   void put_have(wire::Encoder& out, Peer& peer);
   void put_wants(wire::Encoder& out, Peer& peer);
+  bool serves(const Peer& peer, std::uint8_t lane) const;
   wire::Header header_for(Peer& peer);
   std::size_t sent(OutgoingDatagram& datagram, const Endpoint& to, std::size_t size);
   void sent(OutgoingDatagram& datagram, Peer& peer, std::size_t size, bool data);
@@ -139,6 +141,8 @@ struct Node::Impl {
   wire::FragmentBuffer fragment_scratch{};
   wire::Decoder decoder;
   bool plan_due = false;
+  bool statuses_due = true;  // the beacons of this round carry what is known of others
+  unsigned quiet_rounds = 0;
   Trickle trickle;  // to those who are here
   Trickle seeking;  // to the group, and to configured peers who are silent: short, and in shorter intervals
   SplitMix random;  // jitter, and tokens

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "node_impl.hpp"
+#include "traffic_count.hpp"
 
 namespace onemap::comms {
 
@@ -16,7 +17,7 @@ void Node::Impl::receive(const Endpoint& from, std::span<const std::uint8_t> byt
   const Refusal verdict = decoder.decode(bytes);
   if (verdict != Refusal::count) return refuse(verdict);
   const wire::Header& header = decoder.header();
-  Peer* const peer = speaker(from, bytes.size());
+  Peer* const peer = speaker(from, bytes.size(), bytes.subspan(wire::kHeaderBytes));
   if (peer == nullptr) return;
   const bool proved = names_us(header);
   if (proved || !peer->who.alive) peer->who.last_heard = now;
@@ -32,10 +33,13 @@ void Node::Impl::receive(const Endpoint& from, std::span<const std::uint8_t> byt
 }
 
 // Of the datagram that the decoder holds.
-Peer* Node::Impl::speaker(const Endpoint& from, std::size_t bytes) {
+Peer* Node::Impl::speaker(const Endpoint& from, std::size_t bytes, std::span<const std::uint8_t> frames) {
   if (const auto known = peers.find(from); known != peers.end()) known->second.ever_heard = true;
   Peer* const peer = admit(from, decoder.header(), decoder.frames());
-  if (peer != nullptr) peer->bytes_in += bytes;
+  if (peer == nullptr) return nullptr;
+  peer->bytes_in += bytes;
+  count_traffic(peer->traffic.in, frames, bytes);
+  peer->budget.spent(now, bytes + RateController::kIpUdpBytes);
   return peer;
 }
 

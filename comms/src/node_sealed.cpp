@@ -26,7 +26,7 @@ Refusal Node::Impl::receive_sealed(const Endpoint& from, const Proof& proof, std
   const Refusal verdict = decoder.decode(header_of(proof, config.incarnation), frames);
   if (verdict != Refusal::count) return refuse(verdict), verdict;
   if (names_another(decoder.frames(), proof.robot)) return refuse(Refusal::wrong_name), Refusal::wrong_name;
-  Peer* const peer = speaker(from, proof.bytes);
+  Peer* const peer = speaker(from, proof.bytes, frames);
   if (peer == nullptr) return last_refusal;
   if (proof.group && !peer->who.alive) {  // worth a greeting, and for that a session
     ++counters.frames_received[index_of(FrameType::beacon)];

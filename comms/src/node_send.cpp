@@ -3,6 +3,7 @@
 
 #include "node_impl.hpp"
 #include "session/sealed_wire.hpp"
+#include "traffic_count.hpp"
 
 namespace onemap::comms {
 
@@ -61,6 +62,8 @@ std::size_t Node::Impl::sent(OutgoingDatagram& datagram, const Endpoint& to, std
 void Node::Impl::sent(OutgoingDatagram& datagram, Peer& peer, std::size_t size, bool data) {
   const std::size_t on_wire = sent(datagram, peer.endpoint, size);
   peer.bytes_out += on_wire;
+  count_traffic(peer.traffic.out, std::span(datagram.buffer).first(size).subspan(wire::kHeaderBytes), on_wire);
+  peer.budget.spent(now, on_wire + RateController::kIpUdpBytes);
   peer.rate.sent(now, peer.session.last_counter(), on_wire, data);
 }
 
@@ -156,7 +159,7 @@ void Node::Impl::build_control(Peer& peer, OutgoingDatagram& datagram) {
     if (!box.wants().empty()) put_wants(out, peer);
     // A beacon's digest must not run ahead of what the neighbour was told.
     if (!box.changed().empty() && (beacon || box.have_due(now))) put_have(out, peer);
-    if (beacon)
+    if (beacon && (statuses_due || box.status_echo_due))
       put_status(out, std::exchange(box.status_echo_due, false) ? RobotId{} : peer.who.robot, box.status_cursor);
   }
   sent(datagram, peer, out.size(), false);
@@ -214,6 +217,7 @@ Peer* Node::Impl::next_to_serve() {
   for (auto& [endpoint, peer] : peers) {
     if (!peer.who.alive || peer.serve.empty() || !peer.rate.open(now)) continue;
     const bool urgent = !peer.serve.empty(0) || !peer.serve.empty(1);
+    if (!urgent && !peer.budget.allows(now)) continue;
     const bool sooner =
         best == nullptr || (urgent != best_urgent ? urgent : peer.turn.start(airtime) < best->turn.start(airtime));
     if (!sooner) continue;
@@ -221,6 +225,11 @@ Peer* Node::Impl::next_to_serve() {
     best_urgent = urgent;
   }
   return best;
+}
+
+// Beyond the link's budget only control and poses go.
+bool Node::Impl::serves(const Peer& peer, std::uint8_t lane) const {
+  return !peer.serve.empty(lane) && (lane <= wire::kLastPushedLane || peer.budget.allows(now));
 }
 
 bool Node::Impl::build_data(OutgoingDatagram& datagram) {
@@ -231,14 +240,14 @@ bool Node::Impl::build_data(OutgoingDatagram& datagram) {
   }
   Peer* peer = next_to_serve();
   if (peer == nullptr) return false;
-  const auto waits = [&](std::uint8_t lane) { return !peer->serve.empty(lane); };
+  const auto waits = [&](std::uint8_t lane) { return serves(*peer, lane); };
   wire::Encoder out(datagram.buffer, header_for(*peer));
   for (std::uint8_t lane = peer->lanes.next(waits); lane < kLaneCount; lane = peer->lanes.next(waits)) {
     const auto bytes = put_fragment(out, peer->serve, lane);
     if (!bytes) break;
     peer->lanes.sent(lane, *bytes, waits);
   }
-  if (peer->serve.empty()) peer->rate.held_up();
+  if (peer->serve.empty() || !peer->budget.allows(now)) peer->rate.held_up();
   airtime = peer->turn.sent(airtime, out.size(), peer->rate.bytes_per_second());
   sent(datagram, *peer, out.size(), true);
   return true;

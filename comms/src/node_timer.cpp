@@ -6,6 +6,7 @@
 namespace onemap::comms {
 
 namespace {
+constexpr unsigned kStatusRounds = 4, kStatusEvery = 32;
 constexpr auto kUnequalInterval = std::chrono::milliseconds(500);  // while a neighbour's digest differs from ours
 }  // namespace
 
@@ -70,6 +71,9 @@ bool Node::Impl::all_consistent() const {
 void Node::Impl::beacon_all() {
   for (auto& [endpoint, peer] : peers)
     if (peer.who.alive) peer.outbox.beacon_due = true;
+  // What everybody has heard by now is said seldom.
+  quiet_rounds = trickle.quiet() ? quiet_rounds + 1 : 0;
+  statuses_due = quiet_rounds < kStatusRounds || quiet_rounds % kStatusEvery == 0;
   trickle.said(now, all_consistent() ? config.beacon_max : kUnequalInterval, random);
 }
 
@@ -109,7 +113,12 @@ Instant Node::Impl::next_deadline(const Peer& peer) const {
   if (peer.asks.outstanding() > 0 || peer.who.asked_until) next = std::min(next, peer.pings.next());
   if (peer.who.asked_until) next = std::min(next, *peer.who.asked_until);
   next = std::min({next, peer.arrivals.next(), peer.push.next()});
-  if (!peer.serve.empty()) next = std::min(next, std::max(pacer.next(), peer.rate.next(now)));
+  const Instant bulk = peer.budget.next(now);
+  if (!peer.serve.empty()) {
+    const bool urgent = !peer.serve.empty(0) || !peer.serve.empty(1);
+    next = std::min(next, std::max({pacer.next(), peer.rate.next(now), urgent ? Instant{} : bulk}));
+  }
+  if (bulk > now) next = std::min(next, bulk);  // then more may be asked for
   return next;
 }
 

@@ -13,6 +13,7 @@ class Trickle {
   bool due(Instant now) const { return at_ <= now; }
   // It was said now; the next interval is not longer than `at_most`.
   void said(Instant now, Duration at_most, SplitMix& random);
+  bool quiet() const { return interval_ >= longest_; }  // nothing has changed for a while
   Instant next() const { return at_; }
 
  private:

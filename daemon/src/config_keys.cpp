@@ -212,6 +212,13 @@ void add_network(std::vector<ConfigKey>& keys) {
   keys.push_back(number<std::uint64_t>(
       {"network", "bytes_per_second", "bytes a second sent at most, to all neighbours"}, {10'000, 1'000'000'000},
       [](auto& c) -> auto& { return c.bytes_per_second; }));
+  keys.push_back(number<std::uint64_t>(
+      {"network", "link_bytes_per_second",
+       "bytes a second on the link to each neighbour, both ways together; beyond it only control and poses go; 0: any"},
+      {0, 1'000'000'000}, [](auto& c) -> auto& { return c.link_bytes_per_second; }));
+  keys.push_back(number<std::uint64_t>(
+      {"network", "link_mb_per_day", "the same for a day, in MB, counted from the start of the daemon; 0: any"},
+      {0, 100'000'000}, [](auto& c) -> auto& { return c.link_mb_per_day; }));
   keys.push_back(megabytes(
       {"network", "store_budget_mb", "MB for the records of all robots; full: refused and counted"}, kBudget,
       [](auto& c) -> auto& { return c.store_budget_bytes; }));

@@ -25,6 +25,8 @@ Result<comms::NodeConfig> node_config(const Config& config) {
   comms::NodeConfig node;
   node.self = RobotId::from_name(config.id);
   node.bytes_per_second = config.bytes_per_second;
+  node.link_budget_bytes_per_second = config.link_bytes_per_second;
+  node.link_budget_bytes_per_day = config.link_mb_per_day * 1'000'000;
   for (const std::string& peer : config.peers) {
     auto endpoint = comms::parse_endpoint(peer);
     if (!endpoint) return Error{"peer " + endpoint.error().place, endpoint.error().reason};

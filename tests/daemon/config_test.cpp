@@ -177,6 +177,8 @@ TEST_F(ConfigFile, TheExampleCarriesEveryValue) {
   all.team_key_file = "/k/team.key";
   all.key_log = "keys.log";
   all.bytes_per_second = 123456;
+  all.link_bytes_per_second = 50'000;
+  all.link_mb_per_day = 700;
   all.store_budget_bytes = 3u << 20;
   all.keep_log = false;
   all.once = true;

@@ -20,6 +20,10 @@ enum class FrameType : std::uint8_t {
   later_life = 128,  // who does not know this type, or a greater one, skips it
   mass = 129
 };
+inline constexpr std::array kFrameTypes{FrameType::beacon,       FrameType::status,     FrameType::have,
+                                        FrameType::have_request, FrameType::want,       FrameType::data,
+                                        FrameType::ping,         FrameType::pong,       FrameType::feedback,
+                                        FrameType::head,         FrameType::later_life, FrameType::mass};
 // Types up to 14, then those from 128 on; index 0 is not used.
 inline constexpr std::size_t kFrameTypeCount = 17;
 constexpr std::size_t index_of(FrameType type) {

@@ -18,6 +18,7 @@
 #include "comms/identity.hpp"
 #include "comms/log_store.hpp"
 #include "comms/status.hpp"
+#include "comms/traffic.hpp"
 #include "hal/base/ids.hpp"
 #include "hal/base/result.hpp"
 #include "hal/base/time.hpp"
@@ -36,8 +37,11 @@ struct NodeConfig {
   // Data to one neighbour, IP and UDP headers included: never slower, never faster. Between, the protocol finds the
   // rate that the way carries.
   std::uint64_t link_least_bytes_per_second = 8'000, link_most_bytes_per_second = 125'000'000;
+  // What people allow on the link to one neighbour, both ways together; beyond it only control and poses go. 0: no
+  // limit.
+  std::uint64_t link_budget_bytes_per_second = 0, link_budget_bytes_per_day = 0;
   std::size_t train_datagrams = 8;  // at most this many at once
-  Duration beacon_min = std::chrono::milliseconds(250), beacon_max = std::chrono::seconds(4);
+  Duration beacon_min = std::chrono::milliseconds(250), beacon_max = std::chrono::seconds(5);
   Duration neighbour_timeout = std::chrono::seconds(20);
   // Asked for and not yet arrived, from one neighbour: so much at first, and more on a way that is fast and long.
   std::size_t credit_bytes = 256u << 10, most_credit_bytes = 2u << 20;
@@ -66,6 +70,9 @@ struct NeighbourStatus {
   std::uint64_t asked_bytes = 0, queued_bytes = 0;
   std::uint64_t frontier_digest = 0, map_digest = 0;  // as it last said itself
   std::uint8_t flags = 0;
+  Traffic traffic;                // bytes_in and bytes_out, by kind
+  bool within_budget = true;      // of the link: more than control and poses may go
+  std::uint64_t bytes_today = 0;  // against the day's budget, IP and UDP headers included
   // Expected transmissions until a datagram and its answer have come through (De Couto and others, 2003).
   double etx() const { return 1.0 / std::max((1.0 - loss) * (1.0 - loss_there), 1e-3); }
 };

@@ -75,7 +75,7 @@ void Fetcher::plan(Instant now, Peers& peers) {
   no_room_for_ = std::numeric_limits<std::size_t>::max();
   for (auto& [endpoint, peer] : peers) {
     const std::size_t out = peer.asks.outstanding() * kFragmentBytes;
-    peer.asks.may_ask_bulk = out <= window(peer, kFirstBulkLane) / 8 * 7;
+    peer.asks.may_ask_bulk = out <= window(peer, kFirstBulkLane) / 8 * 7 && peer.budget.allows(now);
   }
   for (std::uint8_t lane = 0; lane < kLaneCount; ++lane) {
     ask_missing(now, lane, peers);
@@ -136,6 +136,7 @@ Peer* Fetcher::choose(Instant now, const RecordId& id, Peers& peers, const Peer*
   double best_cost = 0.0;
   for (auto& [endpoint, peer] : peers) {
     if (!peer.who.alive || &peer == other_than || peer.frontier.count(id.log) <= id.seq) continue;
+    if (id.log.lane >= kFirstBulkLane && !peer.budget.allows(now)) continue;
     double cost = static_cast<double>(peer.asks.outstanding() + 1) / (1.0 - std::min(peer.session.loss(), 0.9));
     if (peer.asks.avoided(now)) cost += 1e6;
     if (best == nullptr || cost < best_cost) best = &peer, best_cost = cost;

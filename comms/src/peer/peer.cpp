@@ -12,6 +12,8 @@ void Peer::become(const RobotId& robot, std::uint64_t incarnation) {
   fresh.session = session;
   fresh.session.begin_again();
   fresh.rate = RateController(rate.bounds());
+  fresh.budget = budget;
+  fresh.traffic = traffic;
   fresh.bytes_in = bytes_in;
   fresh.bytes_out = bytes_out;
   fresh.who.robot = robot;  // before *this changes: it may be the candidate's

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "comms/endpoint.hpp"
+#include "comms/traffic.hpp"
 #include "fetch/ask_ledger.hpp"
 #include "hal/base/ids.hpp"
 #include "hal/base/time.hpp"
@@ -16,6 +17,7 @@
 #include "rate/airtime.hpp"
 #include "rate/arrivals.hpp"
 #include "rate/lane_order.hpp"
+#include "rate/link_budget.hpp"
 #include "rate/rate_controller.hpp"
 #include "session/session.hpp"
 
@@ -61,6 +63,8 @@ struct Peer {
   LaneOrder lanes;        // which of its lanes is next
   AirtimeTurn turn;
   Arrivals arrivals;  // what came from there, for its rate
+  LinkBudget budget;
+  Traffic traffic;
   std::uint64_t bytes_in = 0, bytes_out = 0;
 
   // Another robot or life speaks from here from now on: nothing that was known holds, but we go on counting.

@@ -112,14 +112,17 @@ std::string status_words(const Json& a) {
 std::string peers_words(const Json& a) {
   if (flag(a, "alone")) return "this robot is alone: no network.listen, network.peers or network.group\n";
   std::vector<std::vector<std::string>> rows{
-      {"PEER", "AT", "HEARD", "LOSS", "LOSS THERE", "ETX", "ROUND TRIP", "IN", "OUT", "MAP", "SAME"}};
+      {"PEER", "AT", "HEARD", "LOSS", "LOSS THERE", "ETX", "ROUND TRIP", "RATE", "IN", "OUT", "MAP", "SAME"}};
   for (const Json& p : member(a, "peers"))
     rows.push_back({text(p, "robot"), text(p, "endpoint"),
                     flag(p, "alive") ? ago(number(p, "silent_s")) : "silent " + ago(number(p, "silent_s")),
                     fmt::format("{:.0f} %", 100 * number(p, "loss")),
                     fmt::format("{:.0f} %", 100 * number(p, "loss_there")), fmt::format("{:.2f}", number(p, "etx")),
-                    fmt::format("{:.1f} ms", number(p, "round_trip_ms")), bytes_text(number(p, "bytes_in")),
-                    bytes_text(number(p, "bytes_out")), text(p, "map_digest"), yes_no(flag(p, "same_map"))});
+                    fmt::format("{:.1f} ms", number(p, "round_trip_ms")),
+                    !p.contains("within_budget") || flag(p, "within_budget") ? bytes_text(number(p, "rate")) + "/s"
+                                                                             : "budget spent",
+                    bytes_text(number(p, "bytes_in")), bytes_text(number(p, "bytes_out")), text(p, "map_digest"),
+                    yes_no(flag(p, "same_map"))});
   std::string out = table(rows);
   for (const Json& peer : member(a, "never_heard")) out += "never heard: " + peer.get<std::string>() + "\n";
   std::vector<std::vector<std::string>> robots{{"\nROBOT", "SIGN OF LIFE", "RECORDS", "MAP", "SAME"}};

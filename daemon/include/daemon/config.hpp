@@ -44,7 +44,9 @@ struct Config {
   std::string listen;                           // ADDR:PORT; empty: 0.0.0.0, any port, when not alone
   std::vector<std::string> peers;               // ADDR:PORT
   std::string group;                            // multicast ADDR:PORT where robots meet; empty: none
-  std::uint64_t bytes_per_second = 8'000'000;   // pacing of what is sent, over all neighbours
+  std::uint64_t bytes_per_second = 16'000'000;  // of what is sent at most, over all neighbours
+  std::uint64_t link_bytes_per_second = 0;      // budget of each link, both ways; 0: none
+  std::uint64_t link_mb_per_day = 0;            // the same by the day, in millions of bytes
   std::size_t store_budget_bytes = 256u << 20;  // records held, everybody's
   bool keep_log = true;                         // in OUT/log, unless the robot ends with its recording (once)
   bool once = false;                            // finish when the stream is over and the team agrees

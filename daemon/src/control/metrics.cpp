@@ -129,6 +129,14 @@ void add_peers(const RobotFacts& f, PrometheusText& out) {
        [](N n) { return n.loss; });
   each("onemap_peer_round_trip_seconds", Type::gauge, "Smoothed round trip; 0: not measured.",
        [](N n) { return to_seconds(n.round_trip); });
+  each("onemap_peer_rate_bytes_per_second", Type::gauge, "How fast data may go to the peer.",
+       [](N n) { return n.rate; });
+  each("onemap_peer_queue_seconds", Type::gauge, "How long data waits on the way to the peer.",
+       [](N n) { return to_seconds(n.queue); });
+  each("onemap_peer_loss_there_ratio", Type::gauge, "Share of datagrams lost on the way to the peer.",
+       [](N n) { return n.loss_there; });
+  each("onemap_peer_within_budget", Type::gauge, "0 while the link's budget is used up: only control and poses go.",
+       [](N n) { return n.within_budget ? 1.0 : 0.0; });
   each("onemap_peer_same_map", Type::gauge, "1 while the peer says that it holds this robot's map.",
        [&](N n) { return n.map_digest != 0 && n.map_digest == f.status.map_digest ? 1.0 : 0.0; });
   out.family("onemap_peer_bytes_total", Type::counter, "UDP payload by peer and direction.");
@@ -136,6 +144,24 @@ void add_peers(const RobotFacts& f, PrometheusText& out) {
     out.sample({{"peer", n.robot.name()}, {"direction", "in"}}, count(n.bytes_in));
     out.sample({{"peer", n.robot.name()}, {"direction", "out"}}, count(n.bytes_out));
   }
+}
+
+// Every byte by peer, kind and direction; DATA by lane.
+void add_traffic(const RobotFacts& f, PrometheusText& out) {
+  static constexpr std::array<std::string_view, kLaneCount> kLanes{"control", "poses", "features", "voxels", "imagery"};
+  out.family("onemap_peer_bytes_by_kind_total", Type::counter,
+             "UDP payload by peer, direction and kind; headers: of datagrams, and what is not known.");
+  for (const comms::NeighbourStatus& n : f.radio.neighbours)
+    for (const bool in : {true, false}) {
+      const comms::Traffic::Way& way = in ? n.traffic.in : n.traffic.out;
+      const auto sample = [&](std::string_view kind, std::uint64_t bytes) {
+        if (bytes > 0)
+          out.sample({{"peer", n.robot.name()}, {"direction", in ? "in" : "out"}, {"kind", kind}}, count(bytes));
+      };
+      sample("headers", way.frames[0]);
+      for (const comms::FrameType type : comms::kFrameTypes) sample(name(type), way.frames[index_of(type)]);
+      for (std::size_t lane = 0; lane < kLaneCount; ++lane) sample(kLanes[lane], way.data[lane]);
+    }
 }
 
 void add_network(const RobotFacts& f, PrometheusText& out) {
@@ -147,9 +173,7 @@ void add_network(const RobotFacts& f, PrometheusText& out) {
   out.sample({{"direction", "in"}}, count(c.datagrams_received));
   out.sample({{"direction", "out"}}, count(c.datagrams_sent));
   out.family("onemap_frames_on_wire_total", Type::counter, "Frames of the protocol by kind.");
-  using comms::FrameType;
-  for (const auto type : {FrameType::beacon, FrameType::status, FrameType::have, FrameType::have_request,
-                          FrameType::want, FrameType::data, FrameType::ping, FrameType::pong, FrameType::later_life}) {
+  for (const auto type : comms::kFrameTypes) {
     out.sample({{"kind", name(type)}, {"direction", "in"}}, count(c.received(type)));
     out.sample({{"kind", name(type)}, {"direction", "out"}}, count(c.sent(type)));
   }
@@ -209,8 +233,8 @@ void add_control(const RobotFacts& f, PrometheusText& out) {
 
 std::string metrics_text(const RobotFacts& facts) {
   PrometheusText out;
-  for (const auto add : {add_robot, add_frames, add_tracking, add_map, add_links, add_peers, add_network, add_records,
-                         add_refusals, add_outputs, add_control})
+  for (const auto add : {add_robot, add_frames, add_tracking, add_map, add_links, add_peers, add_traffic, add_network,
+                         add_records, add_refusals, add_outputs, add_control})
     add(facts, out);
   return out.take();
 }

@@ -19,6 +19,17 @@ double seconds_between(Instant earlier, Instant later) {
 
 double round_to(double value, double step) { return std::round(value / step) * step; }
 
+// Bytes by kind; DATA by lane. Kinds that did not occur are left out.
+Json traffic_json(const comms::Traffic::Way& way) {
+  static constexpr std::array<const char*, kLaneCount> kLanes{"control", "poses", "features", "voxels", "imagery"};
+  Json object{{"headers", way.frames[0]}};
+  for (const comms::FrameType type : comms::kFrameTypes)
+    if (const std::uint64_t bytes = way.frames[index_of(type)]; bytes > 0) object[std::string(name(type))] = bytes;
+  for (std::size_t lane = 0; lane < kLaneCount; ++lane)
+    if (way.data[lane] > 0) object[kLanes[lane]] = way.data[lane];
+  return object;
+}
+
 Json neighbour_json(const comms::NeighbourStatus& n, const RobotFacts& facts) {
   return {{"robot", n.robot.name()},
           {"endpoint", comms::to_string(n.endpoint)},
@@ -30,6 +41,11 @@ Json neighbour_json(const comms::NeighbourStatus& n, const RobotFacts& facts) {
           {"round_trip_ms", round_to(to_seconds(n.round_trip) * 1e3, 0.001)},
           {"bytes_in", n.bytes_in},
           {"bytes_out", n.bytes_out},
+          {"bytes_today", n.bytes_today},
+          {"within_budget", n.within_budget},
+          {"rate", round_to(n.rate, 1)},
+          {"queue_ms", round_to(to_seconds(n.queue) * 1e3, 0.001)},
+          {"traffic", {{"in", traffic_json(n.traffic.in)}, {"out", traffic_json(n.traffic.out)}}},
           {"map_digest", digest_text(n.map_digest)},
           {"same_map", n.map_digest != 0 && n.map_digest == facts.status.map_digest},
           {"same_records", n.frontier_digest == facts.radio.frontier_digest},
