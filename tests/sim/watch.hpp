@@ -57,7 +57,7 @@ class Watch final : public Witness {
     std::uint64_t digest = 0;
     std::map<LogId, std::uint32_t> next;  // record to be applied
     std::uint64_t set_hash = 0;
-    std::uint64_t moves = 0;
+    std::uint64_t moves = 0, changes = 0;
     std::map<Endpoint, Stranger> others;
     std::map<std::pair<Endpoint, Fragment>, Owes> owed;
   };
