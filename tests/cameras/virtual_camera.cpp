@@ -4,6 +4,7 @@
 // plugged in again after so many seconds. Says on stdout what it does, and is silent after the last picture until it is
 // killed. uvc-slow and kinect-slow: on a port of USB 2 and of USB 1.
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -46,6 +47,7 @@ void run(const Wish& wish) {
   UsbPort port(kinect ? (slow ? UsbPort::Speed::full : UsbPort::Speed::high)
                       : (slow ? UsbPort::Speed::high : UsbPort::Speed::super),
                0);
+  setpriority(PRIO_PROCESS, 0, -10);  // a camera does not wait for the robot's processor
   device->plug(port);
   say("plugged in");
   for (bool pulled = wish.unplug_at == 0;;) {
