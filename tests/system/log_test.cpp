@@ -39,12 +39,13 @@ struct Two : testing::Test {
   const std::uint16_t ports[2] = {test::free_port(), test::free_port()};
   std::deque<Robot> robots;
 
+  void SetUp() override { folder.write("keep.toml", "[store]\nkeep = true\n"); }
   Robot& start(std::size_t i) {
     return robots.emplace_back(
         folder, std::string(1, static_cast<char>('a' + i)),
         fmt::format("simulated:living-room?robot={}&robots=5&frames=100000&seed=3&width=320&height=240", i + 1),
         std::vector<std::string>{"--listen", fmt::format("127.0.0.1:{}", ports[i]), "--peer",
-                                 fmt::format("127.0.0.1:{}", ports[1 - i])});
+                                 fmt::format("127.0.0.1:{}", ports[1 - i]), "--config", folder / "keep.toml"});
   }
   static void kill_now(Robot& robot) {
     kill(robot.process().pid(), SIGKILL);

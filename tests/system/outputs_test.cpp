@@ -52,7 +52,7 @@ TEST(Outputs, SnapshotsFollowTheMapWhileARobotWorks) {
   const auto config = settings(folder,
                                "[run]\nmerge_while_mapping_s = 1\n[snapshots]\non_change = true\nviews = [\"top\"]\n"
                                "keep = 2\n");
-  Robot robot(folder, "robot", "simulated:living-room?frames=100000&seed=4&width=320&height=240", {"--config", config});
+  Robot robot(folder, "robot", "simulated:house?frames=100000&seed=4", {"--config", config});
   const fs::path latest = robot.out() / "snapshots/latest";
   ASSERT_TRUE(test::wait_until([&] { return fs::exists(latest / "local.glb"); }, 120s)) << robot.log();
   EXPECT_TRUE(fs::exists(latest / "local_top.png"));
