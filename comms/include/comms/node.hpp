@@ -41,7 +41,7 @@ struct NodeConfig {
   // limit.
   std::uint64_t link_budget_bytes_per_second = 0, link_budget_bytes_per_day = 0;
   std::size_t train_datagrams = 8;  // at most this many at once
-  Duration beacon_min = std::chrono::milliseconds(250), beacon_max = std::chrono::seconds(6);
+  Duration beacon_min = std::chrono::milliseconds(250), beacon_max = std::chrono::seconds(5);
   Duration neighbour_timeout = std::chrono::seconds(20);
   // Asked for and not yet arrived, from one neighbour: so much at first, and more on a way that is fast and long.
   std::size_t credit_bytes = 256u << 10, most_credit_bytes = 2u << 20;
