@@ -82,7 +82,7 @@ TEST_F(Two, WhatWasToldOutlivesKills) {
       }
     }
   }
-  EXPECT_GT(compared, 10u) << "b must have heard of a";
+  EXPECT_GT(compared, 3u) << "b must have heard of a";
 }
 
 TEST_F(Two, AWipedLogComesBackFromTheNeighbour) {
