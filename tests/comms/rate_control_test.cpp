@@ -39,7 +39,9 @@ struct Pairs {
     for (std::size_t i = 0; i < pairs; ++i) out[i] = (received(i) - before[i]) * 8e-6 / to_seconds(time);
     return out;
   }
-  double received(std::size_t pair) { return static_cast<double>(net.node(2 * pair + 1).counters().body_bytes_received); }
+  double received(std::size_t pair) {
+    return static_cast<double>(net.node(2 * pair + 1).counters().body_bytes_received);
+  }
   double queue_ms(double share) const {
     auto queues = there->queues();
     if (queues.empty()) return 0.0;
@@ -140,8 +142,8 @@ TEST(RateControl, TwoShare) {
     two.feed(1);
     two.net.run_for(12s);
     const auto shares = two.goodput(20s);
-    std::printf("second %.1f s later: %.2f and %.2f, Jain %.3f, queue p95 %.1f ms\n", to_seconds(later), shares[0], shares[1],
-                jain(shares), two.queue_ms(0.95));
+    std::printf("second %.1f s later: %.2f and %.2f, Jain %.3f, queue p95 %.1f ms\n", to_seconds(later), shares[0],
+                shares[1], jain(shares), two.queue_ms(0.95));
     EXPECT_GE(jain(shares), 0.9);
     EXPECT_GE(shares[0] + shares[1], 16.5);
   }

@@ -68,8 +68,9 @@ TEST(ControlDocs, EveryKeyOfAnAnswerStandsInTheManPage) {
   why.pairs.resize(1);
   why.pairs[0].link.emplace();
   why.pairs[0].ruling.emplace();
-  for (const Json& answer : {why_json(why), status_json(facts), peers_json(facts), consensus_json(facts), map_json(facts), cameras_json(facts),
-                             doctor_json(facts), pose_json({}, std::nullopt), greeting_json("r", "1")})
+  for (const Json& answer :
+       {why_json(why), status_json(facts), peers_json(facts), consensus_json(facts), map_json(facts),
+        cameras_json(facts), doctor_json(facts), pose_json({}, std::nullopt), greeting_json("r", "1")})
     expect_keys(text, answer);
 }
 
@@ -103,7 +104,8 @@ TEST(ControlDocs, EverySubcommandIsInItsManPageAndInEveryCompletion) {
 
 TEST(ControlDocs, EveryOptionIsInTheManPageAndInEveryCompletion) {
   const std::string man = page("onemapctl.1");
-  for (const char* option : {"socket", "json", "timeout", "help", "version", "follow", "map", "view", "kind", "file", "secret", "force"}) {
+  for (const char* option :
+       {"socket", "json", "timeout", "help", "version", "follow", "map", "view", "kind", "file", "secret", "force"}) {
     EXPECT_NE(man.find(std::string("--") + option), std::string::npos) << option;
     for (const char* file : {"onemapctl.bash", "_onemapctl", "onemapctl.fish"})
       EXPECT_TRUE(has_word(test::text_of(kShare + "completions/" + file), option)) << option << " in " << file;

@@ -96,7 +96,8 @@ Result<std::unique_ptr<EmulatedNet>> EmulatedNet::open(std::size_t namespaces, c
     for (std::size_t i = 0; i < links.size() && status.ok(); ++i)
       for (const bool second : {false, true})
         if (status.ok()) status = net->open_end(links[i], i, second);
-  }).join();
+  })
+      .join();
   if (!status.ok()) return status.error();
   Random seeds(seed);
   for (const Link& link : links)

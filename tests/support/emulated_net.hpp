@@ -1,6 +1,7 @@
 #pragma once
 // Network namespaces of this process with emulated links between them, for real programs: each link is two TUN devices
-// whose packets pass through a LinkModel in real time. Nothing has a name outside this process and nothing is left behind.
+// whose packets pass through a LinkModel in real time. Nothing has a name outside this process and nothing is left
+// behind.
 #include <sys/types.h>
 
 #include <atomic>
@@ -55,10 +56,10 @@ class EmulatedNet {
 
   std::vector<int> namespaces_;
   std::vector<Link> links_;
-  std::vector<End> ends_;  // 2 * link: in its first namespace
+  std::vector<End> ends_;                           // 2 * link: in its first namespace
   std::vector<std::unique_ptr<LinkModel>> models_;  // from that end to the other
-  mutable std::mutex mutex_;  // of the models
-  std::vector<Late> late_;    // a heap by time
+  mutable std::mutex mutex_;                        // of the models
+  std::vector<Late> late_;                          // a heap by time
   std::uint64_t order_ = 0;
   std::atomic<bool> stopping_ = false;
   std::thread thread_;

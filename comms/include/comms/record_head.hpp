@@ -22,7 +22,7 @@ struct RecordHead {
   Hash previous{};
 };
 inline constexpr std::size_t kSignedHeadBytes = 115;  // as it is signed (comms/PROTOCOL.md)
-inline constexpr std::size_t kSealBytes = 96;   // previous 32, signature 64: what travels with a body
+inline constexpr std::size_t kSealBytes = 96;         // previous 32, signature 64: what travels with a body
 
 Hash digest_of(std::span<const std::uint8_t> bytes);
 RecordHead head_of(const Record& record);  // digests the body, if it is there

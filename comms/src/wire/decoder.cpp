@@ -31,10 +31,10 @@ std::uint32_t fragment_size(std::uint32_t total, std::uint32_t fragment) {
 }  // namespace
 
 FrameType type_of(const Frame& frame) {
-  constexpr std::array kTypes{FrameType::beacon,   FrameType::status,     FrameType::have, FrameType::have_request,
-                              FrameType::want,     FrameType::data,       FrameType::ping, FrameType::pong,
-                              FrameType::feedback, FrameType::later_life, FrameType::head,
-                              FrameType::mass};  // in the order of Frame
+  constexpr std::array kTypes{FrameType::beacon,       FrameType::status, FrameType::have,
+                              FrameType::have_request, FrameType::want,   FrameType::data,
+                              FrameType::ping,         FrameType::pong,   FrameType::feedback,
+                              FrameType::later_life,   FrameType::head,   FrameType::mass};  // in the order of Frame
   static_assert(kTypes.size() == std::variant_size_v<Frame>);
   return kTypes[frame.index()];
 }

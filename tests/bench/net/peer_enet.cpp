@@ -7,7 +7,8 @@ namespace onemap::bench {
 
 namespace {
 constexpr std::uint16_t kPort = 7450;
-constexpr std::size_t kAhead = 128'000;  // bytes of bulk that wait in ENet's queue, twice its window: poses stand behind them
+constexpr std::size_t kAhead =
+    128'000;  // bytes of bulk that wait in ENet's queue, twice its window: poses stand behind them
 
 ENetAddress address_of(const std::string& text) {
   ENetAddress address;

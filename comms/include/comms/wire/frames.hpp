@@ -97,8 +97,7 @@ struct Mass {
   bool has_amounts = false;
   std::array<comms::Mass, kScalars> given;  // to the receiver, since the round began
 };
-using Frame =
-    std::variant<Beacon, Status, Have, HaveRequest, Want, Data, Ping, Pong, Feedback, LaterLife, Head, Mass>;
+using Frame = std::variant<Beacon, Status, Have, HaveRequest, Want, Data, Ping, Pong, Feedback, LaterLife, Head, Mass>;
 FrameType type_of(const Frame& frame);
 
 inline constexpr std::size_t kBeaconBytes = 37;
