@@ -67,7 +67,7 @@ void Guard::Impl::log_keys(const Transport& session) {
 }
 
 void Guard::Impl::tell(GuardEvent event) {
-  if (events.size() < kMaxEvents) events.push_back(std::move(event));
+  if (events.size() < kMaxEvents) events.push_back(event);
 }
 
 void Guard::Impl::release(std::optional<Transport>& session) {

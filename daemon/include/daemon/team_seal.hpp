@@ -29,7 +29,7 @@ class TeamSeal {
   std::string known_robots_file() const { return out_ + "/known_robots"; }
 
  private:
-  TeamSeal(std::string out, comms::TeamKey team, comms::Identity identity)
+  TeamSeal(std::string out, const comms::TeamKey& team, comms::Identity identity)
       : out_(std::move(out)), team_(team), identity_(std::move(identity)) {}
   Status read_pins();
   Status open_key_log(const std::string& file);
