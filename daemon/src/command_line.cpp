@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 #include <new>
+#include <system_error>
 
 #include "hal/base/text.hpp"
 
@@ -31,7 +32,10 @@ std::string complaint(const std::string& program, const std::string& what) {
 }
 
 int end(const Ending& ending) {
-  std::fputs(ending.text.c_str(), ending.exit == Exit::done ? stdout : stderr);
+  std::FILE* const out = ending.exit == Exit::done ? stdout : stderr;
+  // Said here: of a text longer than the stream's buffer, a later flush forgets what could not be written.
+  if (std::fputs(ending.text.c_str(), out) < 0 && out == stdout)
+    throw std::system_error(errno, std::generic_category(), "standard output");
   return static_cast<int>(ending.exit);
 }
 
@@ -44,7 +48,10 @@ int run_program(const std::string& name, int argc, char** argv,
   int status = static_cast<int>(Exit::failed);
   try {
     status = body({argv + std::min(argc, 1), argv + argc});
-    if (std::fflush(stdout) != 0) failure = std::string("standard output: ") + std::strerror(errno);
+    if (std::fflush(stdout) != 0)
+      failure = std::string("standard output: ") + std::strerror(errno);
+    else if (std::ferror(stdout) != 0)
+      failure = "standard output: not all of it could be written";
   } catch (const std::bad_alloc&) {
     failure = "out of memory";
   } catch (const std::exception& error) {
