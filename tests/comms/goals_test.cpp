@@ -39,11 +39,11 @@ Measured saturate(const test::LinkTraits& traits, Duration time, std::uint64_t s
   net[1].applied = [&](const Record& record) {
     if (record.id.log.lane == 1) pose_ms.push_back(1e3 * to_seconds(net.now() - written.at(record.id.seq)));
   };
-  net.every(33ms, [&] {
+  net.every(100ms, [&] {  // twice as often as a robot seals keyframes
     written[static_cast<std::uint32_t>(written.size())] = net.now();
     net.append(0, 1, 120);
   });
-  net.feed(0, 1, 60'000, 4'000'000);
+  net.feed(0, 1, 60'000, 8'000'000);
   net.way(0, 1).keep_queues(true);
   const std::uint64_t wire = net.wire_bytes();
   net.run_for(time);

@@ -7,7 +7,7 @@ namespace onemap::comms {
 
 namespace {
 constexpr double kMayBeLost = 0.002;
-constexpr unsigned kMostCopies = 4;
+constexpr unsigned kMostCopies = 3;
 }  // namespace
 
 unsigned PushQueue::copies(double loss) {

@@ -17,7 +17,7 @@ class PushQueue {
  public:
   static constexpr std::size_t kMost = 16;  // more at once are no news: they are asked for
   static constexpr auto kApart = std::chrono::milliseconds(4);
-  // Copies so that one of 500 records is lost or fewer, four at most.
+  // Copies so that one of 500 records is lost or fewer, three at most.
   static unsigned copies(double loss);
   struct Whole {  // a record's payload, shared by all neighbours' queues
     RecordId id;

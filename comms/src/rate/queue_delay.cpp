@@ -21,17 +21,19 @@ void QueueDelay::sample(Instant now, Duration clock_difference) {
   if (clock_difference <= base_ + kEmpty) empty_ = now;
   if (!drain_) return;
   if (clock_difference >= drain_->lowest - kShorter) {
-    ++drain_->no_shorter;
+    if (now > drain_->shows) ++drain_->no_shorter;
     return;
   }
   drain_->no_shorter = 0;
   drain_->lowest = clock_difference;
-  drain_->lowest_at = now;
+  drain_->lowest_at = std::max(now, drain_->shows);
 }
 
 Duration QueueDelay::queue() const { return std::min(last_, before_) - base_; }
 
-void QueueDelay::begin_drain(Instant now) { drain_ = Drain{now, now, last_, 0}; }
+void QueueDelay::begin_drain(Instant now, Duration round_trip) {
+  drain_ = Drain{now, now + round_trip, now + round_trip, last_, 0};
+}
 
 bool QueueDelay::drained(Instant now) const {
   if (!drain_) return false;
@@ -40,9 +42,15 @@ bool QueueDelay::drained(Instant now) const {
 
 bool QueueDelay::drains_too_long(Instant now) const { return drain_ && now - drain_->began >= kLongestDrain; }
 
-// A way that became longer is believed after three drains: another sender may have filled the queue while we drained.
+// A way that became longer is believed after half a minute: another sender may have filled the queue while we drained.
 void QueueDelay::end_drain(Instant now) {
-  lowest_[drains_++ % kDrains] = drain_->lowest;
+  if (drains_ > 0 && now - counted_ < kOneDrain) {
+    Duration& last = lowest_[(drains_ - 1) % kDrains];
+    last = std::min(last, drain_->lowest);
+  } else {
+    lowest_[drains_++ % kDrains] = drain_->lowest;
+    counted_ = now;
+  }
   drain_.reset();
   empty_ = now;
   if (drains_ >= kDrains) base_ = *std::min_element(lowest_.begin(), lowest_.end());

@@ -12,7 +12,8 @@ namespace onemap::comms {
 // filled a little, that is only seen when the sender drains it on purpose, from time to time.
 class QueueDelay {
  public:
-  static constexpr std::size_t kDrains = 3;
+  static constexpr std::size_t kDrains = 6;
+  static constexpr Duration kOneDrain = std::chrono::seconds(4);  // those within it count as one
   void sample(Instant now, Duration clock_difference);
   // The shorter of the last two: one that was late for another reason does not count.
   Duration queue() const;
@@ -20,7 +21,8 @@ class QueueDelay {
   // The way was seen empty, or a drain ended, then.
   Instant last_empty() const { return empty_; }
 
-  void begin_drain(Instant now);
+  // What is sent from now on is heard of after a round trip, queue included; before that nothing gets shorter.
+  void begin_drain(Instant now, Duration round_trip);
   bool draining() const { return drain_.has_value(); }
   // The queue does not become shorter any more, or it takes too long.
   bool drained(Instant now) const;
@@ -30,12 +32,13 @@ class QueueDelay {
 
  private:
   struct Drain {
-    Instant began{}, lowest_at{};
+    Instant began{}, shows{}, lowest_at{};
     Duration lowest{};
     int no_shorter = 0;  // samples since then
   };
   Duration base_{}, last_{}, before_{};
   std::uint64_t samples_ = 0, drains_ = 0;
+  Instant counted_{};                       // when the last drain that counts by itself ended
   std::array<Duration, kDrains> lowest_{};  // of the last drains
   std::optional<Drain> drain_;
   Instant empty_{};

@@ -13,7 +13,7 @@ namespace {
 constexpr double kTarget_s = 0.015;  // of data waiting at the narrowest place
 constexpr double kGain = 0.25;       // how much faster or slower than what is delivered
 constexpr double kStartGain = 2.0;
-constexpr double kDrainGain = 0.5;
+constexpr double kDrainGain = 0.6;
 constexpr Duration kStartQueue = milliseconds(8);  // so much waits: the way is full
 constexpr double kFaster = 1.25;                   // less growth than this three times in a row: the way is full
 constexpr int kNoFaster = 6;                       // feedbacks, about three round trips
@@ -175,7 +175,7 @@ bool RateController::drain_due(Instant now) {
 void RateController::drain(Instant now) {
   if (!delay_.draining()) {
     if (!drain_due(now)) return;
-    delay_.begin_drain(now);
+    delay_.begin_drain(now, round_trip_);
     loss_.begin_drain();
     return;
   }
