@@ -7,7 +7,7 @@ namespace onemap::comms {
 using std::chrono::milliseconds;
 
 namespace {
-constexpr Duration kOften = milliseconds(10), kSeldom = milliseconds(40);  // a flow, and a datagram now and then
+constexpr Duration kOften = milliseconds(10), kSeldom = milliseconds(100);  // a flow, and a datagram now and then
 constexpr Duration kBlock = milliseconds(50), kPause = milliseconds(500);
 }  // namespace
 
