@@ -143,6 +143,7 @@ struct Node::Impl {
   wire::Decoder decoder;
   bool plan_due = false;
   bool statuses_due = true;  // the beacons of this round carry what is known of others
+  Instant next_statuses{};   // not before
   unsigned quiet_rounds = 0;
   Trickle trickle;  // to those who are here
   Trickle seeking;  // to the group, and to configured peers who are silent: short, and in shorter intervals

@@ -7,6 +7,7 @@ namespace onemap::comms {
 
 namespace {
 constexpr unsigned kStatusRounds = 4, kStatusEvery = 32;
+constexpr auto kStatusGap = std::chrono::milliseconds(450);
 constexpr auto kUnequalInterval = std::chrono::milliseconds(500);  // while a neighbour's digest differs from ours
 }  // namespace
 
@@ -73,7 +74,8 @@ void Node::Impl::beacon_all() {
     if (peer.who.alive) peer.outbox.beacon_due = true;
   // What everybody has heard by now is said seldom.
   quiet_rounds = trickle.quiet() ? quiet_rounds + 1 : 0;
-  statuses_due = quiet_rounds < kStatusRounds || quiet_rounds % kStatusEvery == 0;
+  statuses_due = now >= next_statuses && (quiet_rounds < kStatusRounds || quiet_rounds % kStatusEvery == 0);
+  if (statuses_due) next_statuses = now + kStatusGap;
   trickle.said(now, all_consistent() ? config.beacon_max : kUnequalInterval, random);
 }
 

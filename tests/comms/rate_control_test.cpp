@@ -134,7 +134,7 @@ TEST(RateControl, LossThatComesLaterDoesNotSlowIt) {
 }
 
 TEST(RateControl, TwoShare) {
-  for (const Duration later : {0ms, 6000ms}) {
+  for (const Duration later : {0ms, 700ms, 6000ms}) {
     LinkTraits traits;
     Pairs two(4, 2, traits);
     two.feed(0);

@@ -67,8 +67,7 @@ TEST(Replication, ConvergesOnEveryGraphAtEveryLoss) {
         EXPECT_LE(net.largest_datagram(), kMaxDatagramBytes);
       }
       printf("%-9s loss %2.0f %%: %.2f s to equal, sent / useful %.3f\n", shape.name, loss * 100, seconds, overhead);
-      const double copies = loss > 0.25 ? 1.3 : 1.2;  // what cannot wait is pushed up to four times
-      EXPECT_LE(overhead, copies / (1.0 - loss)) << shape.name << " loss " << loss;
+      EXPECT_LE(overhead, 1.22 / (1.0 - loss)) << shape.name << " loss " << loss;
     }
 }
 

@@ -11,10 +11,10 @@ namespace onemap::comms {
 
 namespace {
 using std::chrono::milliseconds;
-constexpr auto kExchangeEvery = milliseconds(200);
-constexpr auto kRoundLasts = std::chrono::seconds(2);  // at least, before this robot begins another
+constexpr auto kExchangeEvery = milliseconds(500);
+constexpr auto kRoundLasts = std::chrono::seconds(5);  // at least, before this robot begins another
 constexpr auto kRoundStays = milliseconds(400);        // before others' next one is joined
-constexpr unsigned kQuietExchanges = 10;
+constexpr unsigned kQuietExchanges = 6;
 constexpr unsigned kMarkBits = 24;
 constexpr std::uint64_t kMark = (std::uint64_t{1} << kMarkBits) - 1;
 constexpr std::uint64_t kFarAhead = std::uint64_t{1} << 20;  // rounds; nobody is so far behind

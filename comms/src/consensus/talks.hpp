@@ -15,7 +15,7 @@ namespace onemap::comms {
 
 // One robot's part in the team's talks about its scalars. A round of talks begins when the team changes, or what a
 // robot brings; everybody who hears of a later round joins it with what it has, and the earlier one is over: so nothing
-// of who has gone is left in the sums. Within a round masses go about as running sums, five times a second until
+// of who has gone is left in the sums. Within a round masses go about as running sums, twice a second until
 // nothing changes any more. A pure function of what it is told.
 class Talks {
  public:

@@ -24,8 +24,8 @@ class Outbox {
   void tell_later_life(Instant now, std::uint64_t incarnation);
   std::optional<std::uint64_t> later_life_due;
 
-  // MASS: the amounts have changed. They are told at once, and with the next beacons again, in case they get lost.
-  static constexpr unsigned kTellAmounts = 4;
+  // MASS: the amounts have changed. They are told at once, and with the next beacon again, in case they get lost.
+  static constexpr unsigned kTellAmounts = 2;
   void amounts_due() { mass_due = true, amounts_left = kTellAmounts; }
   bool mass_due = false;
   unsigned amounts_left = 0;

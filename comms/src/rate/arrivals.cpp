@@ -7,7 +7,9 @@ namespace onemap::comms {
 using std::chrono::milliseconds;
 
 namespace {
-constexpr Duration kOften = milliseconds(10), kSeldom = milliseconds(40);  // a flow, and a datagram now and then
+// A flow (of so many since the last report), a thin one, and a datagram now and then.
+constexpr Duration kOften = milliseconds(10), kThin = milliseconds(20), kSeldom = milliseconds(100);
+constexpr std::uint32_t kFlow = 4;
 constexpr Duration kBlock = milliseconds(50), kPause = milliseconds(500);
 }  // namespace
 
@@ -20,7 +22,7 @@ void Arrivals::came(Instant now, std::uint64_t counter, std::uint32_t data_frame
   if (data_frames == 0) return;
   measure(now, bytes);
   if (unsaid_ == 0) due_ = std::max(now, said_ + kSeldom);
-  if (++unsaid_ > 1) due_ = std::min(due_, std::max(now, said_ + kOften));
+  if (++unsaid_ > 1) due_ = std::min(due_, std::max(now, said_ + (unsaid_ < kFlow ? kThin : kOften)));
 }
 
 bool Arrivals::worth_saying(Instant now) const { return unsaid_ > 0 && now - said_ >= kOften / 2; }

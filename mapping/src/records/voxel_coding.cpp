@@ -58,20 +58,24 @@ const VoxelSteps* VoxelPredictor::back(int x, int y, int z, VoxelChannel channel
   return has_channel(voxel, channel) ? &voxel : nullptr;
 }
 
-// The distance is a plane's: what leads from one neighbour's corner to the other (Lorenzo). The rest is noisy: a mean.
+// A channel is noisy: the mean of the neighbours. The distance is a plane's, too (what leads from one neighbour's
+// corner to the other, Lorenzo), so it is halfway between that mean and the mean of the planes that are known: a plane
+// alone has three neighbours' noise.
 int VoxelPredictor::expected(VoxelChannel channel) const {
   const std::array<const VoxelSteps*, 3> near{back(1, 0, 0, channel), back(0, 1, 0, channel), back(0, 0, 1, channel)};
+  int sum = 0, count = 0;
+  for (const VoxelSteps* voxel : near)
+    if (voxel != nullptr) sum += voxel->value[channel], ++count;
   if (channel == kTsdf) {
     const std::array<const VoxelSteps*, 3> corners{back(1, 1, 0, channel), back(1, 0, 1, channel),
                                                    back(0, 1, 1, channel)};
     constexpr std::array<std::array<std::size_t, 2>, 3> kSides{{{0, 1}, {0, 2}, {1, 2}}};
+    int plane_sum = 0, planes = 0;
     for (std::size_t i = 0; i < 3; ++i)
       if (const auto* a = near[kSides[i][0]], *b = near[kSides[i][1]]; a && b && corners[i])
-        return a->value[channel] + b->value[channel] - corners[i]->value[channel];
+        plane_sum += a->value[channel] + b->value[channel] - corners[i]->value[channel], ++planes;
+    if (planes > 0) return half_way(plane_sum, planes, sum, count);
   }
-  int sum = 0, count = 0;
-  for (const VoxelSteps* voxel : near)
-    if (voxel != nullptr) sum += voxel->value[channel], ++count;
   return count == 0 ? last_[channel] : steps_of(sum, count);
 }
 

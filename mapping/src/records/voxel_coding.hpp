@@ -21,6 +21,13 @@ struct VoxelSteps {
 };
 VoxelSteps to_steps(const SubmapVoxel& voxel);  // the nearest
 
+// Between the mean of 1 to 3 planes' and that of 2 or 3 neighbours' steps, to the nearest step, in whole numbers: the
+// reciprocal is rounded to 1 / 65536, and this is what the coding means.
+constexpr int half_way(int plane_sum, int planes, int sum, int neighbours) {
+  const int parts = 2 * planes * neighbours;
+  return ((plane_sum * neighbours + sum * planes) * ((65536 + parts / 2) / parts) + 32768) >> 16;
+}
+
 // The steps of one block's voxels in order, x fastest, and what is expected of the next one's. Says plainly what
 // decode_voxels() (voxel_planes.hpp) does fast.
 class VoxelPredictor {

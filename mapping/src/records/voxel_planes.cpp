@@ -22,6 +22,16 @@ constexpr auto kMeans = [] {
   return out;
 }();
 
+// The factor of half_way(), by the number of planes and of neighbours.
+constexpr auto kHalfWay = [] {
+  std::array<std::array<int, 4>, 4> out{};
+  for (int planes = 1; planes <= 3; ++planes)
+    for (int near = 2; near <= 3; ++near)
+      out[static_cast<std::size_t>(planes)][static_cast<std::size_t>(near)] =
+          (65536 + planes * near) / (2 * planes * near);
+  return out;
+}();
+
 // A byte is a change modulo 256.
 std::int16_t changed(int expected, std::uint8_t change) {
   return static_cast<std::int16_t>(static_cast<std::int8_t>(expected + change));
@@ -96,14 +106,26 @@ class Decoder {
     const int mean = kMeans[static_cast<std::size_t>(near)][static_cast<std::size_t>(sum + kLargestSum)];
     return near == 0 ? last_[channel] : mean;
   }
-  // On the first two axes whose neighbours are seen, and what is before both, all three lie on a plane.
+  // Of two axes: the neighbours on them, and what is before both, lie on a plane with this voxel. Steps that were not
+  // seen are 0.
+  template <int a, int b>
+  void add_plane(std::size_t at, int& sum, int& planes) const {
+    const auto& steps = at_.steps[kTsdf];
+    const std::size_t first = at - kBefore[a], second = at - kBefore[b], corner = first - kBefore[b];
+    const int known = at_.seen[first] & at_.seen[second] & at_.seen[corner];
+    planes += known;
+    sum += known * (steps[first] + steps[second] - steps[corner]);
+  }
   int expected_distance(std::size_t at, int near) const {
-    if (near >= 2)
-      for (const auto [a, b] : {std::array{0, 1}, std::array{0, 2}, std::array{1, 2}})
-        if (at_.seen[at - kBefore[a]] & at_.seen[at - kBefore[b]] & at_.seen[at - kBefore[a] - kBefore[b]])
-          return at_.steps[kTsdf][at - kBefore[a]] + at_.steps[kTsdf][at - kBefore[b]] -
-                 at_.steps[kTsdf][at - kBefore[a] - kBefore[b]];
-    return expected<kTsdf>(at, near);
+    int plane_sum = 0, planes = 0;
+    add_plane<0, 1>(at, plane_sum, planes);
+    add_plane<0, 2>(at, plane_sum, planes);
+    add_plane<1, 2>(at, plane_sum, planes);
+    if (planes == 0) return expected<kTsdf>(at, near);
+    const auto& steps = at_.steps[kTsdf];
+    const int sum = steps[at - kBefore[0]] + steps[at - kBefore[1]] + steps[at - kBefore[2]];
+    const int factor = kHalfWay[static_cast<std::size_t>(planes)][static_cast<std::size_t>(near)];
+    return ((plane_sum * near + sum * planes) * factor + 32768) >> 16;
   }
 
   static constexpr int kLargestDistance = (kTsdfOne + kTsdfStep / 2) / kTsdfStep;
