@@ -68,7 +68,8 @@ void RateController::feedback(Instant now, const wire::Feedback& feedback) {
   round_trip_ = now - sent->at - held;
   if (last_) {
     clock_ += microseconds(static_cast<std::int32_t>(feedback.clock_us - last_->clock_us));
-    loss_.count(now, feedback.highest - last_->highest, feedback.received - last_->received);
+    // What was sent into a silence says nothing about the way as it is now, and would break the circuit of the start.
+    if (!was_silent) loss_.count(now, feedback.highest - last_->highest, feedback.received - last_->received);
   } else {
     clock_ = microseconds(feedback.clock_us);
   }
