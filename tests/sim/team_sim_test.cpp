@@ -21,12 +21,11 @@ void expect_well(const Scenario& scenario) {
 
 class Seeds : public testing::TestWithParam<std::uint64_t> {};
 constexpr std::uint64_t kSeeds = 1000, kShards = 4;
-constexpr std::uint64_t kKnownSlow = 856;  // equal after 12.6 s and not 2.7: not understood yet, and not hidden
 
 TEST_P(Seeds, AllIsWell) {
   std::uint64_t looks = 0, records = 0;
   for (std::uint64_t seed = GetParam(); seed <= kSeeds; seed += kShards) {
-    if (seed != kKnownSlow) expect_well(scenario_of(seed));
+    expect_well(scenario_of(seed));
     if (HasFailure()) break;
   }
   const Outcome one = run(scenario_of(GetParam()));
