@@ -46,13 +46,19 @@ Node::Impl::Impl(NodeConfig config_, LogStore& store_)
   }
   if (config.identity) notary.pin(config.self, config.identity->public_key());
   notary.start(store);
-  for (const auto& [log, count] : store.frontier()) {
-    applied.push(log, 0, count);
-    hops[log].assign(count, 0);
-    team.recorded(log, true, now);
-    frontier_digest += entry_digest(log, count);
-  }
+  for (const auto& [log, count] : store.frontier()) take_held(log, count);
   team.set_own(frontier_digest, 0, 0);
+}
+
+// Of what the store holds at the start all may hear, but for own records that the disk has not promised to keep yet.
+void Node::Impl::take_held(const LogId& log, std::uint32_t count) {
+  const std::uint32_t may_hear = log.robot == config.self ? std::min(count, store.durable(log)) : count;
+  for (std::uint32_t seq = may_hear; seq < count; ++seq) undurable.push_back({log, seq});
+  if (may_hear == 0) return;
+  applied.push(log, 0, may_hear);
+  hops[log].assign(may_hear, 0);
+  team.recorded(log, true, now);
+  frontier_digest += entry_digest(log, may_hear);
 }
 
 // Of a new endpoint.
@@ -319,6 +325,8 @@ bool Node::delivered(std::uint8_t up_to_lane) const {
   }
   return true;
 }
+
+bool Node::own_settled() const { return impl_->undurable.empty(); }
 
 const Counters& Node::counters() const { return impl_->counters; }
 

@@ -33,6 +33,7 @@ struct Node::Impl {
   std::uint32_t told(const LogId& log) const;          // so many that they may
   void settle_own();                                   // tells of own records that have become durable
   void push(const RecordId& id);
+  void take_held(const LogId& log, std::uint32_t count);
   void prepare(Peer& peer) const;
   std::optional<std::uint8_t> hops_of(const RecordId& id) const;
   void refuse(Refusal reason) {

@@ -105,6 +105,7 @@ void App::stop() {
   snapshots_->stop();
   map_keeper_->stop();
   pipeline_->join();
+  radio_->settle(quick() ? kQuick : kLastWords);  // the last records are of the map, too
   if (config_.alone()) await_map();
   team_->stop(quick() ? kQuick : Team::kForTheMap);
   radio_->stop(quick() ? kQuick : kLastWords);

@@ -163,6 +163,8 @@ The configuration.
 The service's state folder:
 .I life
 (the number of this robot's lives),
+.I log
+(the records of the whole team, which outlive this robot),
 .I status.json
 (what it is doing), and what it writes at its end: trajectories, maps, pictures and
 .IR report.json .

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <thread>
 
 #include "comms/udp/silent_port.hpp"
 #include "daemon/addresses.hpp"
@@ -168,6 +169,7 @@ void Radio::stop(Duration linger) {
 
 void Radio::publish(OutgoingRecord record) {
   outbox_.push(std::move(record));
+  ++handed_in_;
   port_->wake();
 }
 
@@ -176,7 +178,16 @@ void Radio::finish(std::uint32_t frames) {
     const std::lock_guard lock(mutex_);
     finish_ = frames;
   }
+  ++handed_in_;
   port_->wake();
+}
+
+bool Radio::settle(Duration most) {
+  constexpr auto kLook = std::chrono::milliseconds(2);
+  const std::uint64_t handed_in = handed_in_;
+  for (const Instant end = now() + most; settled_ < handed_in; std::this_thread::sleep_for(kLook))
+    if (failures_.any() || now() >= end) return false;
+  return true;
 }
 
 void Radio::say(std::uint64_t map_digest, bool finished) {
@@ -220,6 +231,7 @@ bool Radio::over(Instant now) {
 }
 
 void Radio::turn() {
+  const std::uint64_t handed_in = handed_in_;
   receive_some();
   const Instant t = now();
   if (node_->outlived()) begin_new_life(t);
@@ -228,6 +240,7 @@ void Radio::turn() {
   comms::OutgoingDatagram datagram;
   while (next_outgoing(datagram)) ++(port_->send(datagram) ? sends_ : sends_failed_);
   hand_out_applied();
+  if (!frames_to_finish_ && node_->own_settled()) settled_ = handed_in;
   if (t - looked_ < kLookInterval) return;
   looked_ = t;
   node_->bring(t, comms::Scalar::clock_offset, to_seconds(wall_clock_offset()));

@@ -140,6 +140,7 @@ void Team::run() {
     hand_out();
     show();
   }
+  apply_all(take(false), now());  // what came since
   const Instant end = now() + Duration(for_the_map_ns_);
   map_.finish_fusion([&] { return now() > end; });
   hand_out();

@@ -125,7 +125,7 @@ TEST(Traffic, FramesThatAreNotKnownAreHeaders) {
 }
 
 // Ten robots that all hear each other and have nothing to say. IP, UDP and a session's longer header are counted in.
-TEST(Idle, ATeamOfTenNeedsLessThan330BytesASecondARobot) {
+TEST(Idle, ATeamOfTenNeedsLessThan300BytesASecondARobot) {
   sim::SimNet net(7, {});
   net.add_team(10, sim::complete(10));
   for (std::size_t i = 0; i < 10; ++i) net.append(i, 0, 100);
@@ -141,7 +141,7 @@ TEST(Idle, ATeamOfTenNeedsLessThan330BytesASecondARobot) {
   net.run_for(600s);
   const double each = static_cast<double>(sent() - before) / (600 * 10);
   std::printf("an idle robot of ten sends %.0f bytes a second\n", each);
-  EXPECT_LE(each, 330);
+  EXPECT_LE(each, 300);
   EXPECT_GE(each, 50) << "and is still heard";
   for (std::size_t i = 0; i < 10; ++i) EXPECT_EQ(net.node(i).counters().neighbours_lost, 0u);
 }

@@ -387,6 +387,80 @@ TEST(DiskStore, ANodeTellsWhatIsDurable) {
   EXPECT_GT(node.next_deadline(), now + std::chrono::milliseconds(20)) << "and then no more";
 }
 
+// A sync that fails leaves a record appended and not promised. Neither this node nor the one of the next life, on the
+// same store, says that it is there, until it is.
+TEST(DiskStore, NobodyHearsOfWhatASyncDidNotKeep) {
+  MemoryDisk disk;
+  auto store = opened(disk);
+  NodeConfig config;
+  config.self = kRobot;
+  config.identity = sim::identity_of(kRobot);
+  const LogId voxels{kRobot, 3, 1};
+  const Instant now{std::chrono::seconds(1)};
+  {
+    Node node(config, *store);
+    ASSERT_TRUE(node.append(now, 3, 1, body(100)).ok());
+    ASSERT_EQ(node.frontier_digest(), entry_digest(voxels, 1));
+    EXPECT_TRUE(node.own_settled());
+    disk.sync_fault = DiskFault::failing;
+    ASSERT_TRUE(node.append(now, 3, 1, body(100)).ok());
+    EXPECT_EQ(node.frontier_digest(), entry_digest(voxels, 1)) << "the disk has not promised it";
+    EXPECT_FALSE(node.own_settled());
+  }
+  EXPECT_EQ(store->frontier().at(voxels), 2u);
+  config.incarnation = 2;
+  Node next(config, *store);
+  EXPECT_EQ(next.frontier_digest(), entry_digest(voxels, 1)) << "nor in the next life";
+  EXPECT_FALSE(next.own_settled());
+  next.on_timer(now);
+  EXPECT_EQ(next.frontier_digest(), entry_digest(voxels, 2)) << "written again, elsewhere";
+  EXPECT_TRUE(next.own_settled());
+  std::shared_ptr<const Record> record;
+  for (std::uint32_t seq = 0; seq < 2; ++seq) {
+    ASSERT_TRUE(next.next_applied(record));
+    EXPECT_EQ(record->id.seq, seq);
+  }
+  EXPECT_FALSE(next.next_applied(record));
+}
+
+// Writes that succeed and syncs that do not: what waits for a promise stays within its memory.
+TEST(DiskStore, SyncsThatNeverSucceedDoNotFillTheMemory) {
+  class NeverSyncs final : public Disk {
+   public:
+    explicit NeverSyncs(MemoryDisk& disk) : disk_(disk) {}
+    std::optional<std::vector<std::string>> list() override { return disk_.list(); }
+    std::optional<std::uint64_t> size(const std::string& name) override { return disk_.size(name); }
+    std::optional<std::size_t> read(const std::string& name, std::uint64_t at, std::span<std::uint8_t> into) override {
+      return disk_.read(name, at, into);
+    }
+    DiskFault write(const std::string& name, std::uint64_t at, std::span<const std::uint8_t> bytes) override {
+      return disk_.write(name, at, bytes);
+    }
+    DiskFault cut(const std::string& name, std::uint64_t size) override { return disk_.cut(name, size); }
+    DiskFault remove(const std::string& name) override { return disk_.remove(name); }
+    DiskFault rename(const std::string& name, const std::string& to) override { return disk_.rename(name, to); }
+    void begin_sync(const std::string&) override {}
+    std::optional<DiskFault> synced(bool) override { return DiskFault::failing; }
+
+   private:
+    MemoryDisk& disk_;
+  };
+  MemoryDisk disk;
+  NeverSyncs failing(disk);
+  DiskStoreConfig config = small(8u << 20);
+  config.waiting_bytes = 20'000;
+  auto store = opened(failing, config);
+  SignedLogs logs;
+  const LogId log{kRobot, 3, 1};
+  std::uint32_t kept = 0;
+  for (; kept < 1000; ++kept)
+    if (!store->append(logs.record({log, kept}, 1, body(1000)))) break;
+  EXPECT_LT(kept, 20u);
+  EXPECT_EQ(store->durable(log), 0u);
+  EXPECT_EQ(store->view().refused_by_disk, 1u);
+  EXPECT_EQ(store->view().waiting_records, kept);
+}
+
 TEST(PosixDisk, KeepsFilesAndItsFolderToItself) {
   const test::TempFolder folder;
   auto disk = PosixDisk::open(folder / "log");

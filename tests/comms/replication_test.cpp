@@ -229,7 +229,7 @@ TEST(Replication, PresenceKnowsWhenARobotLastShowedALifeSign) {
   EXPECT_EQ(seen.size(), 3u);
   EXPECT_TRUE(seen.at(RobotId::from_name("robot1")).neighbour);
   EXPECT_FALSE(seen.at(last).neighbour);
-  EXPECT_LT(net.now() - seen.at(RobotId::from_name("robot1")).last_sign, 5s);
+  EXPECT_LT(net.now() - seen.at(RobotId::from_name("robot1")).last_sign, 6s);
   EXPECT_GT(net.now() - seen.at(last).last_sign, 8s) << "it has said nothing new";
   net.node(2).set_local_status(net.now(), 5, kStatusFinished);
   net.run_for(1s);

@@ -97,5 +97,16 @@ TEST_F(TeamThread, UnderAnotherNumberTheOwnRecordsComeAgain) {
   EXPECT_EQ(team->map().log().find(self.id())->incarnation, 8u);
 }
 
+// What came just before the end is of the map, too.
+TEST_F(TeamThread, TakesWhatCameBeforeItWasStopped) {
+  for (int round = 0; round < 20; ++round) {
+    const auto team = begin();
+    hand(*team, self);
+    team->stop();
+    EXPECT_EQ(team->view().robots_known, 1u);
+    EXPECT_NE(team->map().log().find(self.id()), nullptr);
+  }
+}
+
 }  // namespace
 }  // namespace onemap::daemon

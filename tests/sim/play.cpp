@@ -191,7 +191,7 @@ void Play::peace() {
   if (hostile_ != nullptr && !scenario_.hostile_stays) hostile_->fall_silent();
   const Instant begin = net_.now();
   bound_ = bound();
-  const Duration limit = bound_ + bound_ / 2 + milliseconds(2500) + allowed_for(scenario_);
+  const Duration limit = bound_ + bound_ / 2 + seconds(2) + allowed_for(scenario_);
   constexpr auto kPatience = seconds(60);  // to see whether it happens at all
   while (failure_.empty() && !equal() && net_.now() < begin + kPatience) {
     // Two digests are soon compared, two frontiers are not.

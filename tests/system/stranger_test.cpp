@@ -204,7 +204,10 @@ TEST(StrangerTest, AClockThatGoesBackBetweenTwoLivesDoesNotSplitTheTeam) {
       board.process().terminate();
       ASSERT_EQ(board.ends(), 0);
     }
-    if (!keeps_its_counter) std::filesystem::remove(folder / "board/life");
+    if (!keeps_its_counter) {  // and its log, by which it would know its former life
+      std::filesystem::remove(folder / "board/life");
+      std::filesystem::remove_all(folder / "board/log");
+    }
     Robot board(folder, "board", kCamera, with(b, a));
     EXPECT_TRUE(board.says("robot staying joined")) << board.log();
     EXPECT_TRUE(staying.says("robot board finished: ", 40s)) << staying.log() << board.log();

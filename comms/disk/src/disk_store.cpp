@@ -50,15 +50,13 @@ Status DiskStore::Impl::append(Record record) {
     if (!syncing && unsynced) begin_sync();
     if (syncing) finish_sync(*disk.synced(true));  // who writes faster than the disk waits for it
   }
+  const bool no_memory = waiting_bytes + cost > config.waiting_bytes;
+  if (no_memory && view.fault != DiskFault::none) return refused_by_disk(record, view.fault);
   Waiting entry{std::make_shared<const Record>(std::move(record)), false};
   RecordPlace place;
   const DiskFault fault = write_frame(*entry.record, place);
   works(fault);
-  if (fault != DiskFault::none && (bulk || waiting_bytes + cost > config.waiting_bytes)) {
-    ++view.refused_by_disk;
-    return Error{"the disk", fmt::format("{}; a record of {} with {} bytes is not kept", words(fault),
-                                         id.log.robot.name(), entry.record->body.size())};
-  }
+  if (fault != DiskFault::none && (bulk || no_memory)) return refused_by_disk(*entry.record, fault);
   entry.written = fault == DiskFault::none;
   place.in_memory = !entry.written;
   index.push(id.log, place);
@@ -68,6 +66,12 @@ Status DiskStore::Impl::append(Record record) {
   cache.keep(entry.record);
   waiting.push_back(std::move(entry));
   return success();
+}
+
+Error DiskStore::Impl::refused_by_disk(const Record& record, DiskFault fault) {
+  ++view.refused_by_disk;
+  return {"the disk", fmt::format("{}; a record of {} with {} bytes is not kept", words(fault),
+                                  record.id.log.robot.name(), record.body.size())};
 }
 
 Error DiskStore::Impl::full(const Record& record, const std::string& of_what) const {

@@ -41,7 +41,7 @@ struct NodeConfig {
   // limit.
   std::uint64_t link_budget_bytes_per_second = 0, link_budget_bytes_per_day = 0;
   std::size_t train_datagrams = 8;  // at most this many at once
-  Duration beacon_min = std::chrono::milliseconds(250), beacon_max = std::chrono::seconds(5);
+  Duration beacon_min = std::chrono::milliseconds(250), beacon_max = std::chrono::seconds(6);
   Duration neighbour_timeout = std::chrono::seconds(20);
   // Asked for and not yet arrived, from one neighbour: so much at first, and more on a way that is fast and long.
   std::size_t credit_bytes = 256u << 10, most_credit_bytes = 2u << 20;
@@ -181,6 +181,8 @@ class Node {
   std::size_t records_missing() const;   // that living neighbours say they hold and this robot does not, yet
   std::set<RobotId> incomplete() const;  // other robots whose records these are
   std::string store_full() const;        // why records of others that arrived cannot be kept; empty: they can
+  // Every own record is durable, as far as the store can promise that, and so told and for next_applied to give out.
+  bool own_settled() const;
   std::optional<std::uint8_t> hops(const RecordId& id) const;  // links that this record came over; 0: own
   const Counters& counters() const;
 

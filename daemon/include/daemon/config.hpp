@@ -48,7 +48,7 @@ struct Config {
   std::uint64_t link_bytes_per_second = 0;      // budget of each link, both ways; 0: none
   std::uint64_t link_mb_per_day = 0;            // the same by the day, in millions of bytes
   std::size_t store_budget_bytes = 256u << 20;  // records held, everybody's
-  bool keep_log = false;                        // in OUT/log, unless the robot ends with its recording (once)
+  bool keep_log = true;                         // in OUT/log, unless the robot ends with its recording (once)
   bool once = false;                            // finish when the stream is over and the team agrees
   bool quick_stop = false;                      // a signal ends it within two seconds, without pictures
   Speed speed;

@@ -75,6 +75,9 @@ class Radio {
   void stop(Duration linger = Duration::zero());
   void publish(OutgoingRecord record);  // any thread but this one; waits while 64 are on their way
   void finish(std::uint32_t frames);    // any thread: nothing more of the own camera comes
+  // Any thread: waits until what was published and finished before is on the disk and was handed to the listener; for
+  // this long at most. False: it is not.
+  bool settle(Duration most);
   void bring_brightness(double mean) { brightness_ = mean; }  // of the camera's images, for the team's talks
   void say(std::uint64_t map_digest, bool finished);          // any thread: what neighbours and beacons hear
   void leave_out(std::set<RobotId> gone);                     // any thread: agreement does not wait for these
@@ -141,7 +144,8 @@ class Radio {
   Instant finish_again_{};
 
   BlockingQueue<OutgoingRecord> outbox_{kOutbox};
-  mutable std::mutex mutex_;  // of what follows
+  std::atomic<std::uint64_t> handed_in_ = 0, settled_ = 0;  // so often was something published, and of these settled
+  mutable std::mutex mutex_;                                // of what follows
   std::optional<std::uint32_t> finish_;
   std::uint64_t map_digest_ = 0;
   std::uint8_t flags_ = 0;
