@@ -100,4 +100,9 @@ std::vector<std::string> doubts(const hal::Intrinsics& k) {
   return out;
 }
 
+std::string doubt(const mapping::FocalEstimate& focal) {
+  return fmt::format("the focal length is {:.2f} of what fits {} pairs of views (give or take {:.2f}): the map is bent",
+                     focal.ratio, focal.views, 2 * focal.sigma);
+}
+
 }  // namespace onemap::daemon

@@ -144,6 +144,7 @@ void Pipeline::process(const hal::FrameView& frame) {
   tracked_ = tracked_before_ + mapper_->counters().tracked;
   keyframes_ = mapper_->counters().keyframes_in_map();
   log_full();
+  if (report.keyframe_added) log_lens();
   note_lost(frame, report);
   note_length();
 }
@@ -162,6 +163,8 @@ void Pipeline::keep_pose(const hal::FrameView& frame, const mapping::FrameReport
 
 void Pipeline::keep_view(const hal::FrameView& frame, const mapping::FrameReport& report) {
   const auto blocks = mapper_->counters().blocks;
+  const std::optional<mapping::FocalEstimate> focal =
+      report.keyframe_added ? std::optional(mapper_->focal()) : std::nullopt;
   std::optional<DepthLook> look;
   if (frames_done_ % kLookEach == 0) look = look_at(frame, depth_scratch_);
   const std::lock_guard lock(pose_mutex_);
@@ -171,6 +174,7 @@ void Pipeline::keep_view(const hal::FrameView& frame, const mapping::FrameReport
   view_.blocks = blocks;
   view_.chains_ended = chains_ended_;
   if (look) view_.look = look;
+  if (focal) view_.focal = *focal;
 }
 
 PipelineView Pipeline::view() const {
@@ -198,6 +202,11 @@ void Pipeline::log_full() {
                "the voxel map is full ({} blocks): new surface is left out, {} blocks so far; raise map.budget_mb or "
                "map.voxel_m",
                counters.blocks, refused);
+}
+
+void Pipeline::log_lens() {
+  const mapping::FocalEstimate focal = mapper_->focal();
+  if (focal.wrong()) log_.limited("lens", "{}; {}", doubt(focal), kCalibrate);
 }
 
 void Pipeline::log_change(const hal::FrameView& frame, const mapping::FrameReport& report) {

@@ -56,6 +56,11 @@ TEST(Doctor, FindsEachTroubleAlone) {
   f.camera.intrinsics.cx = 10;
   expect_only(f, "calibration", "principal point");
   f = healthy();
+  f.pipeline.focal = {0.8, 0.01, 20};
+  expect_only(f, "calibration", "0.80 of what fits 20 pairs of views");
+  f.pipeline.focal.views = 2;
+  EXPECT_THAT(troubles(f), IsEmpty()) << "too few to say";
+  f = healthy();
   f.status.tracked = 300;
   expect_only(f, "tracking", "30 % of 1000 frames placed");
   f = healthy();

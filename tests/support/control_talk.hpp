@@ -53,11 +53,15 @@ class Talk {
   bool ask(std::string_view request) const { return say(std::string(request) + "\n"); }
   // The next object; null: none within the time, or the other end is gone.
   control::Json hear(std::chrono::milliseconds limit = std::chrono::seconds(20)) {
+    const auto line = hear_line(limit);
+    return line ? control::Json::parse(*line, nullptr, false) : control::Json();
+  }
+  std::optional<std::string> hear_line(std::chrono::milliseconds limit = std::chrono::seconds(20)) {
     const auto end = std::chrono::steady_clock::now() + kPatience * limit;
     control::LineReader::Line line;
     while (!reader_.next(line))
-      if (!read_some(end)) return nullptr;
-    return control::Json::parse(line.text, nullptr, false);
+      if (!read_some(end)) return std::nullopt;
+    return line.text;
   }
   // The next one of this class, over others.
   control::Json hear_class(std::string_view name, std::chrono::milliseconds limit = std::chrono::seconds(20)) {

@@ -88,6 +88,30 @@ TEST(Control, GreetsAnswersAndStreamsPosesAtFrameRate) {
   EXPECT_EQ(talk.hear().value("class", ""), "STATUS") << "no pose comes any more";
 }
 
+// Another program's way to the poses: a line a frame as TUM has it, which a robot's own controller reads.
+TEST(Control, PoseSocketsGiveALineAFrameWhichTheControlSocketBearsOut) {
+  const test::TempFolder folder;
+  ControlRobot robot(folder, fmt::format("[poses]\nsocket = \"{}\"\n", folder / "poses"));
+  for (const char* frame : {"odom", "map"}) {
+    Talk reader((folder / "poses.") + frame);
+    ASSERT_TRUE(reader.connected()) << frame;
+    double before = 0;
+    EXPECT_EQ(reader.hear_line(), fmt::format("# time tx ty tz qx qy qz qw: T_{}_camera", frame));
+    for (int i = 0; i < 5; ++i) {
+      const auto line = reader.hear_line();
+      ASSERT_TRUE(line) << frame;
+      std::istringstream numbers(*line);
+      std::array<double, 8> pose{};
+      for (double& number : pose) ASSERT_TRUE(numbers >> number) << *line;
+      EXPECT_GT(pose[0], before) << "in order";
+      before = pose[0];
+      EXPECT_NEAR(pose[4] * pose[4] + pose[5] * pose[5] + pose[6] * pose[6] + pose[7] * pose[7], 1, 1e-6);
+    }
+    EXPECT_NEAR(robot.ask_once(R"({"class":"POSE"})").value("time_s", 0.0), before, 60) << "of one clock";
+  }
+  EXPECT_TRUE(robot.maps_on()) << "whoever has gone is waited for by nobody";
+}
+
 TEST(Control, GarbageLongLinesAndBinaryAreAnsweredAndLoseNothing) {
   const test::TempFolder folder;
   ControlRobot robot(folder);

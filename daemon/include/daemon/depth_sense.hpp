@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "hal/frame.hpp"
+#include "mapping/local/focal_check.hpp"
 
 namespace onemap::daemon {
 
@@ -23,5 +24,9 @@ DepthLook look_at(const hal::FrameView& frame, std::vector<std::uint16_t>& scrat
 // from the images alone, only that its result is no room.
 std::vector<std::string> doubts(const DepthLook& look);
 std::vector<std::string> doubts(const hal::Intrinsics& intrinsics);
+
+// Of a focal length that is wrong(), what it looks like from what was seen.
+std::string doubt(const mapping::FocalEstimate& focal);
+inline constexpr const char* kCalibrate = "give the camera's own calibration in its address";
 
 }  // namespace onemap::daemon

@@ -47,6 +47,7 @@ struct PipelineView {
   std::size_t blocks = 0;  // of the local map's pool, in use
   std::uint32_t chains_ended = 0;
   std::optional<DepthLook> look;  // of a frame within the last second or so
+  mapping::FocalEstimate focal;   // whether the lens is what the camera says
 };
 
 // The work thread: takes frames from the queue, runs the mapper's frame path, and hands what it sealed to the
@@ -92,6 +93,7 @@ class Pipeline {
   void keep_pose(const hal::FrameView& frame, const mapping::FrameReport& report);
   void keep_view(const hal::FrameView& frame, const mapping::FrameReport& report);
   void log_full();
+  void log_lens();
   void log_change(const hal::FrameView& frame, const mapping::FrameReport& report);
   // What the mapper sealed, into the publisher's slots.
   void drain();

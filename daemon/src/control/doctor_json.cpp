@@ -67,9 +67,9 @@ void look_at_depth(const RobotFacts& facts, Findings& found) {
 
 void look_at_calibration(const RobotFacts& facts, Findings& found) {
   const hal::Intrinsics& k = facts.camera.intrinsics;
-  const auto wrong = doubts(k);
-  for (const std::string& doubt : wrong)
-    found.bad("calibration", doubt, "give the camera's own calibration in its address");
+  auto wrong = doubts(k);
+  if (facts.pipeline.focal.wrong()) wrong.push_back(doubt(facts.pipeline.focal));
+  for (const std::string& one : wrong) found.bad("calibration", one, kCalibrate);
   if (wrong.empty())
     found.good("calibration", fmt::format("{} x {}, fx {:.1f}, fy {:.1f}, centre ({:.1f}, {:.1f}), depth_scale {:g}",
                                           k.width, k.height, k.fx, k.fy, k.cx, k.cy, k.depth_scale));

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "surface_builder.hpp"
+#include "tracking/focal_watch.hpp"
 #include "tracking/front_end.hpp"
 #include "tracking/keyframe_map.hpp"
 #include "tracking/keyframe_record.hpp"
@@ -43,6 +44,7 @@ struct LocalMapper::Impl {
         tracker({c.max_features, c.seed}, k, front_end.make_observed()),
         surface(surface_config(c, k)),
         trajectory(kTrajectoryRing),
+        focal(k, static_cast<std::size_t>(c.max_features), c.seed),
         seen(front_end.make_observed()) {}
 
   FrameReport process(const hal::FrameView& frame);
@@ -58,6 +60,7 @@ struct LocalMapper::Impl {
   Tracker tracker;
   SurfaceBuilder surface;
   SealedTrajectory trajectory;
+  FocalWatch focal;
   StepHook begin;
   LocalMapperCounters counters;
   Observed seen;                       // the frame that is being processed
@@ -136,6 +139,7 @@ Pose LocalMapper::Impl::settle(const hal::FrameView& frame, const Placed& placed
     for (const SubmapAnchor& anchor : keyframes.moved_anchors()) surface.place(anchor);
     keyframes.hang_reference(surface.choose(keyframes.reference().T_camera_robot, keyframes.near_anchors()));
     T_camera_robot = keyframes.reference().T_camera_robot;
+    focal.look(keyframes);
   }
   trajectory.add(keyframes.landmarks(), frame.colour_time, keyframes.reference_slot(),
                  keyframes.reference().T_camera_robot * T_camera_robot.inverse());
@@ -166,6 +170,7 @@ void LocalMapper::finish() { impl_->finish(); }
 void LocalMapper::for_each_submap(const std::function<void(const SubmapAnchor&, const VoxelMap&)>& fn) const {
   impl_->surface.for_each(fn);
 }
+FocalEstimate LocalMapper::focal() const { return impl_->focal.estimate(); }
 bool LocalMapper::take_submap(SubmapRecord& out) { return impl_->surface.take_submap(out); }
 bool LocalMapper::take_poses(TrajectoryRecord& out) { return impl_->trajectory.take(out.poses, kPoseBatch); }
 MatchPicture LocalMapper::last_matches() const { return impl_->tracker.last_matches(impl_->seen, impl_->keyframes); }

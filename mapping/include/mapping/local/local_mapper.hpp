@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "hal/frame.hpp"
+#include "mapping/local/focal_check.hpp"
 #include "mapping/local/mapper_config.hpp"
 #include "mapping/local/match_picture.hpp"
 #include "mapping/local/step.hpp"
@@ -74,7 +75,8 @@ class LocalMapper {
   // Every submap that is known here: the open ones and those on the shelf. Not for the frame path.
   void for_each_submap(const std::function<void(const SubmapAnchor&, const VoxelMap&)>& fn) const;
   LocalMapperCounters counters() const;
-  std::size_t bytes() const;  // memory taken, map included
+  FocalEstimate focal() const;  // whether the lens is what the camera says
+  std::size_t bytes() const;    // memory taken, map included
 
   // Of the last frame. Valid until the next process().
   MatchPicture last_matches() const;
