@@ -383,6 +383,29 @@ TEST(Replication, AnotherNeighbourTakesOver) {
   EXPECT_GT(net.node(3).counters().records_retargeted, 0u);
 }
 
+// Both neighbours are silent for a while, and one of them stays away: all is asked of the other one at once, and not when
+// the first is given up as a neighbour.
+TEST(Replication, ANeighbourOutOfReachHoldsNothingUp) {
+  sim::SimNet net(11, {});
+  net.add_team(3, sim::complete(3));
+  const auto part = [&](std::size_t from, bool apart) {
+    for (const auto& [a, b] : {std::pair{from, std::size_t{2}}, std::pair{std::size_t{2}, from}})
+      apart ? net.block(a, b) : net.unblock(a, b);
+  };
+  ASSERT_TRUE(net.run_until([&] { return net.node(2).neighbours().size() == 2; }, 5s));
+  net.run_for(1s);
+  for (const std::size_t from : {0u, 1u}) part(from, true);
+  for (int k = 0; k < 10; ++k) net.append(0, 3, 100'000);
+  ASSERT_TRUE(net.run_until([&] { return net.node(1).frontier() == net.node(0).frontier(); }, 30s));
+  for (const std::size_t from : {0u, 1u}) part(from, false);
+  ASSERT_TRUE(net.run_until([&] { return !net.node(2).frontier().empty(); }, 10s)) << "it has begun to ask";
+  for (const std::size_t from : {0u, 1u}) part(from, true);
+  net.run_for(3s);
+  ASSERT_LT(net.node(2).frontier().begin()->second, 10u);
+  part(1, false);
+  EXPECT_TRUE(net.run_until([&] { return net.node(2).frontier() == net.node(1).frontier(); }, 8s));
+}
+
 // Random graphs, links, budgets, records and cuts: whatever happened, a connected team becomes equal, and says so.
 TEST(Replication, RandomTeamsAlwaysBecomeEqual) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
