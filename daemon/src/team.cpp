@@ -143,6 +143,7 @@ void Team::run() {
   apply_all(take(false), now());  // what came since
   const Instant end = now() + Duration(for_the_map_ns_);
   map_.finish_fusion([&] { return now() > end; });
+  map_.observe(now());
   hand_out();
   show();
   heartbeat_.rest();

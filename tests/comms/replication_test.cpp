@@ -383,8 +383,8 @@ TEST(Replication, AnotherNeighbourTakesOver) {
   EXPECT_GT(net.node(3).counters().records_retargeted, 0u);
 }
 
-// Both neighbours are silent for a while, and one of them stays away: all is asked of the other one at once, and not when
-// the first is given up as a neighbour.
+// Both neighbours are silent for a while, and one of them stays away: all is asked of the other one at once, and not
+// when the first is given up as a neighbour.
 TEST(Replication, ANeighbourOutOfReachHoldsNothingUp) {
   sim::SimNet net(11, {});
   net.add_team(3, sim::complete(3));

@@ -180,7 +180,7 @@ TEST_F(ConfigFile, TheExampleCarriesEveryValue) {
   all.link_bytes_per_second = 50'000;
   all.link_mb_per_day = 700;
   all.store_budget_bytes = 3u << 20;
-  all.keep_log = true;
+  all.keep_log = false;
   all.once = true;
   all.quick_stop = true;
   all.speed = {true, 1};
