@@ -64,6 +64,7 @@ constexpr std::array<Texts, kRefusalCount> kTexts{{
     {Refusal::bad_signature, "bad_signature", "a record that is not signed by who is said to have written it"},
     {Refusal::second_key, "second_key", "a record signed by another key than the one that is known of its robot"},
     {Refusal::forked, "forked", "a record of a robot that signed two different ones in one place of its log"},
+    {Refusal::live_head, "live_head", "a record without its body, although no later one takes its place"},
     {Refusal::reassembly_full, "reassembly_full", "a part of a record; there is no room to put it together"},
     {Refusal::store_refused, "store_refused", "a record of another robot; the store has no room"},
     {Refusal::unreadable, "unreadable", "a record that is held here and cannot be read back from the disk"},

@@ -29,10 +29,12 @@ RateBounds rate_bounds(const NodeConfig& config) {
 Node::Impl::Impl(NodeConfig config_, LogStore& store_)
     : config(std::move(config_)),
       store(store_),
-      fetcher({config.credit_bytes, config.most_credit_bytes, config.reassembly_bytes}, store, notary, counters,
-              [this](const LogId& log) { return judge(log); }),
+      fetcher(
+          {config.credit_bytes, config.most_credit_bytes, config.reassembly_bytes}, store, notary, counters,
+          [this](const LogId& log) { return judge(log); }, config.only_the_last_counts),
       team(config.self, config.incarnation, config.max_robots, config.max_neighbours),
       talks(config.self, config.incarnation),
+      last_of_kind(config.only_the_last_counts),
       trickle(config.beacon_min, config.beacon_max),
       seeking(config.beacon_min, std::min<Duration>(config.beacon_max, kSeekInterval)),
       random(seed_of(config.self, config.incarnation)),
@@ -82,8 +84,10 @@ Refusal Node::Impl::judge(const LogId& log) const {
   if (notary.barred(log)) return Refusal::forked;
   if (log.robot == config.self && log.incarnation > config.incarnation) return Refusal::later_life;
   const Peer* author = living(log.robot);
-  if (author != nullptr && !author->who.doubtful && log.incarnation > author->who.incarnation)
-    return Refusal::contradicts_author;
+  // Who greets in an earlier life than one whose records are here is no author any more: it would be refused now.
+  const bool counts =
+      author != nullptr && !author->who.doubtful && author->who.incarnation >= team.life_in_records(log.robot);
+  if (counts && log.incarnation > author->who.incarnation) return Refusal::contradicts_author;
   if (held(log) > 0) return Refusal::count;
   if (store.frontier().size() >= config.max_logs) return Refusal::logs_full;
   if (!team.room_for(log.robot, author != nullptr)) return Refusal::robots_full;
@@ -207,7 +211,10 @@ bool Node::next_outgoing(OutgoingDatagram& datagram) { return impl_->next_outgoi
 bool Node::next_applied(std::shared_ptr<const Record>& record) {
   while (const auto id = impl_->applied.pop()) {
     record = impl_->store.find(*id);
-    if (record != nullptr) return true;
+    if (record != nullptr) {
+      if (const auto replaced = impl_->last_of_kind.took(*record)) impl_->store.forget(*replaced);
+      return true;
+    }
     impl_->refuse(Refusal::unreadable);
   }
   return false;

@@ -12,6 +12,7 @@
 #include "fetch/fetcher.hpp"
 #include "hal/base/splitmix.hpp"
 #include "hash_cache.hpp"
+#include "last_of_kind.hpp"
 #include "notary.hpp"
 #include "pacer.hpp"
 #include "peer/peer.hpp"
@@ -71,6 +72,7 @@ struct Node::Impl {
   void on_have(Peer& peer, const wire::HaveEntry& entry);
   void tell_author(const LogId& log);
   void judge_again();
+  void offer_again(const Peer& peer);
   void on_have_request(Peer& peer);
   void on_want(Peer& peer, const wire::Want& want);
   void on_data(Peer& peer, const wire::Data& data);
@@ -106,6 +108,7 @@ struct Node::Impl {
   bool build_push(OutgoingDatagram& datagram);
   void put_mass(wire::Encoder& out, Peer& peer);
   void put_feedback(wire::Encoder& out, Peer& peer);
+  std::optional<std::size_t> put_head(wire::Encoder& out, ServeQueue& queue, const Record& record);
   std::optional<std::size_t> put_fragment(wire::Encoder& out, ServeQueue& queue, std::uint8_t lane);
   void put_beacon(wire::Encoder& out);
   void put_status(wire::Encoder& out, const RobotId& except, RobotId& cursor);
@@ -135,6 +138,7 @@ struct Node::Impl {
   std::map<LogId, std::vector<std::uint8_t>> hops;
   HashCache hashes;
   ApplyQueue applied;
+  LastOfKind last_of_kind;
   std::deque<RecordId> undurable;  // own records that nobody may hear of yet
   std::optional<Instant> sync_at;  // for what others wrote
   std::string sync_error;

@@ -72,8 +72,7 @@ void Node::Impl::peer_up(Peer& peer) {
   // And what they told of a life that it has begun now was refused until now.
   judge_again();
   tell_all(peer);
-  for (const auto& [log, count] : peer.frontier.logs())
-    if (count > held(log) && judge(log) == Refusal::count) fetcher.offered(log);
+  offer_again(peer);
   changed();
   plan_due = true;
 }
@@ -167,8 +166,17 @@ void Node::Impl::tell_author(const LogId& log) {
 
 // Whether an author lives here has changed, and with it what is believed of what others tell.
 void Node::Impl::judge_again() {
-  for (auto& [endpoint, peer] : peers)
-    if (peer.who.alive) peer.frontier.judge_again(now);
+  for (auto& [endpoint, peer] : peers) {
+    if (!peer.who.alive) continue;
+    peer.frontier.judge_again(now);
+    offer_again(peer);  // what was given up, and it will not say again
+  }
+}
+
+void Node::Impl::offer_again(const Peer& peer) {
+  for (const auto& [log, count] : peer.frontier.logs())
+    if (count > held(log) && judge(log) == Refusal::count) fetcher.offered(log);
+  plan_due = true;
 }
 
 void Node::Impl::on_have_request(Peer& peer) {

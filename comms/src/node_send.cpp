@@ -253,17 +253,25 @@ bool Node::Impl::build_data(OutgoingDatagram& datagram) {
   return true;
 }
 
+// With what took its place; without that, nobody would take it.
+std::optional<std::size_t> Node::Impl::put_head(wire::Encoder& out, ServeQueue& queue, const Record& record) {
+  const std::uint8_t lane = record.id.log.lane;
+  const auto later = last_of_kind.instead_of(record.id, record.kind);
+  const auto by = later ? store.find(*later) : nullptr;
+  if (by == nullptr) return queue.pop_record(lane), refuse(Refusal::unreadable), 0;
+  const std::uint8_t way = queue.front(lane).hops;
+  if (!out.head({head_of(record), way, record.seal.signature, {head_of(*by), by->seal.signature}})) return std::nullopt;
+  count_sent(FrameType::head);
+  return queue.pop_record(lane), wire::kHeadFrameBytes;
+}
+
 // What is next of a lane: how many bytes of it; nothing when it does not fit. The body may be gone since it was asked
 // for.
 std::optional<std::size_t> Node::Impl::put_fragment(wire::Encoder& out, ServeQueue& queue, std::uint8_t lane) {
   const ServeQueue::Next next = queue.front(lane);
   const auto record = store.find(next.id);
   if (record == nullptr) return queue.pop_record(lane), refuse(Refusal::unreadable), 0;
-  if (record->dropped) {
-    if (!out.head({head_of(*record), next.hops, record->seal.signature})) return std::nullopt;
-    count_sent(FrameType::head);
-    return queue.pop_record(lane), wire::kHeadFrameBytes;
-  }
+  if (record->dropped) return put_head(out, queue, *record);
   wire::Data data;
   data.id = next.id;
   data.kind = record->kind;

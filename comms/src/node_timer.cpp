@@ -36,6 +36,7 @@ void Node::Impl::tick(Peer& peer) {
     peer.who.doubtful = true;
     judge_again();
   }
+  peer.outbox.tell_later_life_again(now);
   const bool curious = peer.asks.outstanding() > 0 || peer.who.asked_until;
   if (curious && now >= peer.pings.next()) peer.pings.due = true;
 }

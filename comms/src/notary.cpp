@@ -21,6 +21,11 @@ Notary::Verdict Notary::look_at(const Record& record) const {
   return {Refusal::count, hash_of(head)};
 }
 
+bool Notary::vouches(const Record& record, const SignedHead& by) const {
+  const auto known = keys_.find(record.id.log.robot);
+  return signed_by(known == keys_.end() ? record.seal.previous : known->second, by.head, by.signature);
+}
+
 void Notary::took(const Record& record, const Hash& hash) {
   if (record.id.seq == 0) pin(record.id.log.robot, record.seal.previous);
   ends_[record.id.log] = hash;

@@ -21,6 +21,8 @@ class Notary {
   };
   // Of a record that is the next of its log.
   Verdict look_at(const Record& record) const;
+  // Of a record that is its author's, and came without its body: whether its author wrote `by`, too.
+  bool vouches(const Record& record, const SignedHead& by) const;
   // The record was stored.
   void took(const Record& record, const Hash& hash);
   // The author has signed two records of one place: nothing more of this log is worth anything.

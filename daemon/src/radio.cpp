@@ -25,6 +25,9 @@ constexpr unsigned kMostNewLives = 3;  // neighbours that say more often that we
 Result<comms::NodeConfig> node_config(const Config& config) {
   comms::NodeConfig node;
   node.self = RobotId::from_name(config.id);
+  node.only_the_last_counts = [](std::uint16_t kind) {
+    return mapping::only_the_last_counts(static_cast<mapping::RecordKind>(kind));
+  };
   node.bytes_per_second = config.bytes_per_second;
   node.link_budget_bytes_per_second = config.link_bytes_per_second;
   node.link_budget_bytes_per_day = config.link_mb_per_day * 1'000'000;
@@ -261,18 +264,8 @@ void Radio::hand_out_applied() {
     const std::size_t kind = record->kind < RecordTally::kKinds ? record->kind : 0;
     ++tally.records[kind];
     tally.bytes[kind] += record->body.size();
-    forget_what(*record);
     listener_.applied(std::move(record));
   }
-}
-
-// A Solution or a Frontier takes the place of the one before it, in this robot's log as in everybody's: nobody will
-// read that one again.
-void Radio::forget_what(const Record& replaces) {
-  if (!mapping::only_the_last_counts(static_cast<mapping::RecordKind>(replaces.kind))) return;
-  const auto [last, first_one] = last_of_kind_.try_emplace({replaces.id.log, replaces.kind}, replaces.id);
-  if (first_one || replaces.id <= last->second) return;
-  store_.log->forget(std::exchange(last->second, replaces.id));
 }
 
 void Radio::receive_some() {

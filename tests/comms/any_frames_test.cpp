@@ -121,7 +121,10 @@ class Storm {
     Record record{id, 1, {body_.begin(), body_.begin() + static_cast<std::ptrdiff_t>(size)}, {}, {}};
     if (id.seq < 300 && random().below(20) != 0) record = logs_.record(id, 1, record.body);
     if (random().below(20) == 0) {
-      out.head({head_of(record), 0, record.seal.signature});
+      Record later = record;
+      ++later.id.seq;
+      if (id.seq < 300 && random().below(4) != 0) later = logs_.record(later.id, 1, {1});
+      out.head({head_of(record), 0, record.seal.signature, {head_of(later), later.seal.signature}});
       return;
     }
     wire::FragmentBuffer scratch;

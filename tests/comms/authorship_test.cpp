@@ -78,7 +78,7 @@ TEST(Authorship, TheAuthorsGreetingStopsWhatIsOnItsWay) {
   alone.hear_frames(
       9, 2,
       [&](auto& out) {
-        out.have(1, {&entry, 1});
+        out.have(entry_digest(forged, 1), {&entry, 1});
       },
       kLiar);
   EXPECT_TRUE(sim::first<wire::Want>(alone.sent()));
@@ -88,6 +88,17 @@ TEST(Authorship, TheAuthorsGreetingStopsWhatIsOnItsWay) {
   alone.hear_record(9, 3, sim::SignedLogs().next(forged, 0, {}), kLiar);
   EXPECT_TRUE(alone.node.frontier().empty());
   EXPECT_EQ(alone.node.records_missing(), 0u);
+  // The author goes away, and the other one stays: it does not say again what it holds, and is asked for it.
+  for (std::uint32_t k = 4; k < 30; ++k) {
+    alone.sent_within(1s);
+    alone.hear_frames(
+        9, k,
+        [&](auto& out) {
+          out.beacon({RobotId::from_name("liar"), entry_digest(forged, 1), 0, k, 0});
+        },
+        kLiar);
+  }
+  EXPECT_EQ(alone.node.records_missing(), 1u);
 }
 
 TEST(Authorship, AFormerLifeIsToldOfTheLaterOne) {

@@ -100,6 +100,15 @@ TEST(Outbox, LaterLivesAreToldOnceASecond) {
   EXPECT_FALSE(box.later_life_due);
   box.tell_later_life(kStart + 1s, 9);
   EXPECT_EQ(box.later_life_due, 9u);
+  // It may be lost: three times again.
+  int again = 0;
+  for (Instant now = kStart + 1s; now < kStart + 20s; now += 100ms) {
+    if (box.later_life_due) ++again;
+    box.later_life_due.reset();
+    box.tell_later_life_again(now);
+  }
+  EXPECT_EQ(again, 1 + 3);
+  EXPECT_FALSE(box.next()) << "and then no more";
 }
 
 TEST(Pings, OnlyTheLastQuestionIsAnsweredAndOnce) {

@@ -18,6 +18,20 @@ TEST(RoundTrip, SmoothsWhatItMeasures) {
   EXPECT_GT(trip.give_up_after(0), 100ms) << "one late answer makes it patient";
 }
 
+// The first answer of all, or a later one, of somebody who was stopped while the question waited.
+TEST(RoundTrip, OneVeryLateAnswerIsNotBelievedAndALongWayIs) {
+  RoundTrip first, later, far;
+  first.sample(1500ms);
+  EXPECT_LE(first.give_up_after(0), 600ms);
+  for (int k = 0; k < 40; ++k) later.sample(20ms);
+  later.sample(1500ms);
+  EXPECT_LE(later.give_up_after(0), 300ms);
+  for (int k = 0; k < 6; ++k) far.sample(900ms);
+  EXPECT_GT(far.give_up_after(0), 900ms);
+  for (int k = 0; k < 40; ++k) far.sample(900ms);
+  EXPECT_NEAR(to_seconds(far.smoothed()), 0.9, 0.05);
+}
+
 TEST(RoundTrip, PatienceGrowsSlowlyAndEnds) {
   RoundTrip trip;
   trip.sample(20ms);

@@ -167,18 +167,35 @@ TEST(Wire, GoldenHead) {
   head.record.previous.fill(0xC0);
   head.signature.fill(0xD0);
   head.hops = 3;
+  head.by.head = {{kLog, 9}, 0x0204, 0x00000102, {}, {}};
+  head.by.head.body.fill(0xE0);
+  head.by.head.previous.fill(0xE1);
+  head.by.signature.fill(0xE2);
   Decoder decoder;
   const Frame frame = golden(written([&](Encoder& out) { ASSERT_TRUE(out.head(head)); }),
-                             "0b a400 " + kLogHex + "05000000 0402 03 45230100 " + repeated("b0", 32) +
-                                 repeated("c0", 32) + repeated("d0", 64),
+                             "0b 2c01 " + kLogHex + "05000000 0402 03 45230100 " + repeated("b0", 32) +
+                                 repeated("c0", 32) + repeated("d0", 64) + "09000000 02010000" + repeated("e0", 32) +
+                                 repeated("e1", 32) + repeated("e2", 64),
                              decoder);
   EXPECT_EQ(type_of(frame), FrameType::head);
   const Head& back = std::get<Head>(frame);
   EXPECT_EQ(signed_bytes(back.record), signed_bytes(head.record));
   EXPECT_EQ(back.hops, 3);
   EXPECT_EQ(back.signature, head.signature);
-  head.record.bytes = kMaxRecordBytes + 1;
-  EXPECT_EQ(decoder.decode(written([&](Encoder& out) { out.head(head); })), Refusal::bad_frame);
+  EXPECT_EQ(signed_bytes(back.by.head), signed_bytes(head.by.head)) << "of the same log and kind";
+  EXPECT_EQ(back.by.signature, head.by.signature);
+  const auto refused = [&](const Head& wrong) {
+    return decoder.decode(written([&](Encoder& out) { out.head(wrong); })) == Refusal::bad_frame;
+  };
+  Head wrong = head;
+  wrong.record.bytes = kMaxRecordBytes + 1;
+  EXPECT_TRUE(refused(wrong));
+  wrong = head;
+  wrong.by.head.bytes = kMaxRecordBytes + 1;
+  EXPECT_TRUE(refused(wrong));
+  wrong = head;
+  wrong.by.head.id.seq = head.record.id.seq;
+  EXPECT_TRUE(refused(wrong)) << "nothing takes its own place";
 }
 
 TEST(Wire, GoldenFeedback) {

@@ -58,6 +58,8 @@ void wire_seeds() {
   data.bytes = fragment_of(record, 0, scratch);
   Head head;
   head.record = comms::head_of(record);
+  head.by.head = head.record;
+  head.by.head.id.seq = head.record.id.seq + 1;
   Mass mass;
   mass.heard = 60'000, mass.neighbours = 2, mass.round = 1u << 24, mass.clock_ns = 1'700'000'000'000'000'000,
   mass.has_amounts = true;

@@ -86,6 +86,7 @@ enum class Refusal : std::uint8_t {
   bad_signature,       // a complete record is not signed by who is said to have written it
   second_key,          // a log names another key than the one that counts for its robot
   forked,              // its author signed two different records of one place: the log is not taken further
+  live_head,           // a head in place of a record that nothing replaces: whoever serves it keeps the body back
   reassembly_full,     // no room in the reassembly budget
   store_refused,       // the store had no room for a complete record
   unreadable,          // a record that the store holds cannot be read back

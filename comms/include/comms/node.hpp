@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -52,6 +53,9 @@ struct NodeConfig {
   std::size_t max_robots = 1024;                         // that count: see team()
   bool sealed = false;                                   // a Guard stands between this node and the network
   std::size_t max_logs = 4096, max_logs_of_robot = 256;  // a life of a robot has up to kLaneCount logs
+  // Of these kinds a record takes the place of the one before it in its log, whose body is then dropped. Every robot
+  // must say the same of every kind. Empty: there are no such kinds, and no body is ever dropped.
+  std::function<bool(std::uint16_t kind)> only_the_last_counts{};
 };
 
 struct NeighbourStatus {
@@ -92,9 +96,9 @@ struct IdConflict {
   Instant when{};
 };
 
-// Somebody served what is not its author's: a lie, or an author that signs two histories (forked).
+// Somebody served what is not its author's, or not all of it: a lie, or an author that signs two histories (forked).
 struct Complaint {
-  Refusal reason = Refusal::count;  // bad_signature, second_key or forked
+  Refusal reason = Refusal::count;  // bad_signature, second_key, live_head or forked
   RecordId record;
   RobotId from;  // the neighbour that served it
   Endpoint endpoint;

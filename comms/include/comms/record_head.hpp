@@ -21,6 +21,10 @@ struct RecordHead {
   Hash body{};              // its digest
   Hash previous{};
 };
+struct SignedHead {
+  RecordHead head;
+  Signature signature{};
+};
 inline constexpr std::size_t kSignedHeadBytes = 115;  // as it is signed (comms/PROTOCOL.md)
 inline constexpr std::size_t kSealBytes = 96;         // previous 32, signature 64: what travels with a body
 

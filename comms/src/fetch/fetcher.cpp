@@ -17,8 +17,13 @@ constexpr Duration kServerQueue = milliseconds(60);
 constexpr auto kWantDelay = milliseconds(2);  // bulk asks wait so long for company
 }  // namespace
 
-Fetcher::Fetcher(Limits limits, LogStore& store, Notary& notary, Counters& counters, Judge judge)
-    : limits_(limits), store_(store), notary_(notary), counters_(counters), judge_(std::move(judge)) {
+Fetcher::Fetcher(Limits limits, LogStore& store, Notary& notary, Counters& counters, Judge judge, Replaced replaced)
+    : limits_(limits),
+      store_(store),
+      notary_(notary),
+      counters_(counters),
+      judge_(std::move(judge)),
+      replaced_(std::move(replaced)) {
   // Room for the largest record, or it would never arrive.
   limits_.reassembly_bytes =
       std::max(limits_.reassembly_bytes, wire::kMaxPayloadBytes + 2 * kMaxGuess * kFragmentBytes);
@@ -130,7 +135,8 @@ bool Fetcher::open(Instant now, const RecordId& id, Peers& peers) {
   return true;
 }
 
-// The neighbour that should answer soonest: least waiting there already, stretched by its loss.
+// The neighbour that should answer soonest: least waiting there already, stretched by its loss. Of those who are
+// avoided the one that was silent least often.
 Peer* Fetcher::choose(Instant now, const RecordId& id, Peers& peers, const Peer* other_than) const {
   Peer* best = nullptr;
   double best_cost = 0.0;
@@ -138,7 +144,7 @@ Peer* Fetcher::choose(Instant now, const RecordId& id, Peers& peers, const Peer*
     if (!peer.who.alive || &peer == other_than || peer.frontier.count(id.log) <= id.seq) continue;
     if (id.log.lane >= kFirstBulkLane && !peer.budget.allows(now)) continue;
     double cost = static_cast<double>(peer.asks.outstanding() + 1) / (1.0 - std::min(peer.session.loss(), 0.9));
-    if (peer.asks.avoided(now)) cost += 1e6;
+    if (peer.asks.avoided(now)) cost += 1e6 * (1 + peer.asks.silences());
     if (best == nullptr || cost < best_cost) best = &peer, best_cost = cost;
   }
   return best;

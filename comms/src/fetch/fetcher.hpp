@@ -29,7 +29,9 @@ class Fetcher {
   };
   // Says at any time whether records of a log may come in (Refusal::count), or why not.
   using Judge = std::function<Refusal(const LogId&)>;
-  Fetcher(Limits limits, LogStore& store, Notary& notary, Counters& counters, Judge judge);
+  // Of which kinds a later record takes an earlier one's place: nothing else may come without its body.
+  using Replaced = std::function<bool(std::uint16_t kind)>;
+  Fetcher(Limits limits, LogStore& store, Notary& notary, Counters& counters, Judge judge, Replaced replaced);
 
   void offered(const LogId& log);  // a live neighbour holds more of this log than we do
   void on_data(Instant now, Peer& from, const wire::Data& data);
@@ -60,6 +62,7 @@ class Fetcher {
   struct Fetch {
     Assembly assembly;
     std::optional<Record> whole;             // complete, and its payload is what its hash says
+    std::optional<SignedHead> by;            // of a record without its body, what took its place
     std::optional<Notary::Verdict> verdict;  // when its predecessor was here
     Endpoint from;                           // who completed it
     std::uint8_t hops = 0;
@@ -93,6 +96,8 @@ class Fetcher {
   void settle(Instant now, Peer& from, const RecordId& id, Fetch& fetch);
   void completed(Instant now, const Peer& from, std::uint8_t hops, Fetch& fetch, Record record);
   void distrust(Instant now, Fetch& fetch);
+  bool is_replaced(const Record& record, const Fetch& fetch) const;
+  bool spoilt(Instant now, const RecordId& id, Fetch& fetch, Refusal reason);
   bool is_authors_next(Instant now, const RecordId& id, Fetch& fetch);
   void store_in_order(Instant now, const LogId& log);
   bool refused(const LogId& log);
@@ -108,6 +113,7 @@ class Fetcher {
   Notary& notary_;
   Counters& counters_;
   Judge judge_;
+  Replaced replaced_;
   Fetches fetches_;
   std::array<std::set<RecordId>, kLaneCount> needs_;                // with missing fragments
   std::array<std::map<LogId, std::uint32_t>, kLaneCount> lacking_;  // log -> next record to open

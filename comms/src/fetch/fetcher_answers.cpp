@@ -146,7 +146,8 @@ void Fetcher::settle(Instant now, Peer& from, const RecordId& id, Fetch& fetch) 
   completed(now, from, fetch.assembly.hops(), fetch, std::move(record));
 }
 
-// Its body was dropped where it came from: that is all that there is of it.
+// Its body was dropped where it came from: that is all that there is of it, if what took its place is shown. A body
+// that counts is not given up for anybody's word: equal frontiers would be different maps.
 void Fetcher::on_head(Instant now, Peer& from, const wire::Head& head) {
   const auto at = fetches_.find(head.record.id);
   if (at == fetches_.end() || at->second.complete()) return counters_.refuse(Refusal::data_unasked);
@@ -161,6 +162,7 @@ void Fetcher::on_head(Instant now, Peer& from, const wire::Head& head) {
   record.kind = head.record.kind;
   record.seal = {head.record.previous, head.signature};
   record.dropped = DroppedBody{head.record.bytes, head.record.body};
+  fetch.by = head.by;
   completed(now, from, static_cast<std::uint8_t>(std::min(head.hops + 1, 255)), fetch, std::move(record));
 }
 
@@ -181,12 +183,25 @@ void Fetcher::distrust(Instant now, Fetch& fetch) {
   wake_ = std::min(wake_, fetch.not_before);
 }
 
-// Looked at once, when its predecessor is here. What is not its author's is asked for again, elsewhere if possible; a
-// log whose author contradicts itself ends here.
+// Looked at once, when its predecessor is here. What is not its author's, or not all that counts of it, is asked for
+// again, elsewhere if possible; a log whose author contradicts itself ends here.
 bool Fetcher::is_authors_next(Instant now, const RecordId& id, Fetch& fetch) {
-  if (!fetch.verdict) fetch.verdict = notary_.look_at(*fetch.whole);
+  if (!fetch.verdict) {
+    fetch.verdict = notary_.look_at(*fetch.whole);
+    Refusal& reason = fetch.verdict->reason;
+    const bool lacks_its_body = fetch.whole->dropped.has_value();
+    if (reason == Refusal::count && lacks_its_body && !is_replaced(*fetch.whole, fetch)) reason = Refusal::live_head;
+  }
   const Refusal reason = fetch.verdict->reason;
-  if (reason == Refusal::count) return true;
+  return reason == Refusal::count || spoilt(now, id, fetch, reason);
+}
+
+bool Fetcher::is_replaced(const Record& record, const Fetch& fetch) const {
+  return fetch.by && replaced_ && replaced_(record.kind) && notary_.vouches(record, *fetch.by);
+}
+
+// Never true.
+bool Fetcher::spoilt(Instant now, const RecordId& id, Fetch& fetch, Refusal reason) {
   counters_.refuse(reason);
   spoilt_.push_back({id, reason, fetch.from});
   if (reason == Refusal::forked) {
@@ -196,6 +211,7 @@ bool Fetcher::is_authors_next(Instant now, const RecordId& id, Fetch& fetch) {
     return false;
   }
   fetch.whole.reset();
+  fetch.by.reset();
   release(id, fetch);
   fetch.assembly = Assembly(1);
   note_need(id, fetch);

@@ -11,11 +11,14 @@ constexpr unsigned kSilencesToRetarget = 3;
 
 void Fetcher::on_timer(Instant now, Peers& peers) {
   for (auto& [endpoint, peer] : peers) {
+    const unsigned silences = peer.asks.silences();
     for (std::uint8_t lane = 0; lane < kLaneCount; ++lane) {
       lose(peer.asks.take_overtaken(now, lane, peer.round_trip.reorder_window()));
       lose(peer.asks.take_silent(now, lane, peer.round_trip));
     }
-    if (peer.asks.silences() >= kSilencesToRetarget) retarget(now, peer, peers);
+    if (peer.asks.silences() < kSilencesToRetarget) continue;
+    peer.asks.avoid(now);
+    if (peer.asks.silences() > silences) retarget(now, peer, peers);
   }
   std::vector<LogId> again;
   for (const auto& [log, blocked] : blocked_)
@@ -44,12 +47,13 @@ void Fetcher::lose(const std::vector<AskLedger::Fragment>& fragments) {
   }
 }
 
+// To those who were silent less often: two who are silent must not hand their asks to and fro, and what was asked of
+// one that lives must not end at one that is out of reach.
 void Fetcher::retarget(Instant now, Peer& silent, Peers& peers) {
-  silent.asks.avoid(now);
   for (auto& [id, fetch] : fetches_) {
     if (fetch.target != &silent || fetch.complete()) continue;
     Peer* other = choose(now, id, peers, &silent);
-    if (other == nullptr) continue;
+    if (other == nullptr || (other->asks.avoided(now) && other->asks.silences() >= silent.asks.silences())) continue;
     release(id, fetch);
     fetch.target = other;
     ++counters_.records_retargeted;

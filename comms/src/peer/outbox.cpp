@@ -7,6 +7,7 @@ namespace onemap::comms {
 namespace {
 constexpr auto kFullHaveGap = std::chrono::milliseconds(20);
 constexpr auto kLaterLifeGap = std::chrono::seconds(1);
+constexpr unsigned kLaterLifeRepeats = 3;
 
 std::optional<Instant> earlier(std::optional<Instant> a, std::optional<Instant> b) {
   if (!a || !b) return a ? a : b;
@@ -16,8 +17,16 @@ std::optional<Instant> earlier(std::optional<Instant> a, std::optional<Instant> 
 
 void Outbox::tell_later_life(Instant now, std::uint64_t incarnation) {
   if (later_life_again_ > now) return;
-  later_life_due = incarnation;
+  later_life_due = later_life_ = incarnation;
   later_life_again_ = now + kLaterLifeGap;
+  later_life_left_ = kLaterLifeRepeats;
+}
+
+void Outbox::tell_later_life_again(Instant now) {
+  if (later_life_left_ == 0 || now < later_life_again_) return;
+  later_life_due = later_life_;
+  later_life_again_ = now + kLaterLifeGap;
+  --later_life_left_;
 }
 
 void Outbox::tell(const LogId& log, Instant at) {
@@ -57,12 +66,17 @@ bool Outbox::due(Instant now) const {
          wants_.size() >= kManyWants;
 }
 
-std::optional<Instant> Outbox::next() const { return earlier(have_at_, want_at_); }
+std::optional<Instant> Outbox::next() const {
+  const auto again = later_life_left_ > 0 ? std::optional(later_life_again_) : std::nullopt;
+  return earlier(earlier(have_at_, want_at_), again);
+}
 
 void Outbox::fell_silent() {
   changed_.clear();
   have_at_.reset();
   want_nothing();
+  later_life_due.reset();
+  later_life_left_ = 0;
 }
 
 }  // namespace onemap::comms

@@ -20,8 +20,10 @@ class Outbox {
   bool status_echo_due = false;  // what it said about itself is older than what others say that it said
   RobotId status_cursor;         // where the next status frame starts
 
-  // Its author lives, and somebody offers records of a later life of it: once a second.
+  // Its author lives, and somebody offers records of a later life of it: once a second, and a few times again, for it
+  // answers by beginning a new life, and it is long until somebody offers them again.
   void tell_later_life(Instant now, std::uint64_t incarnation);
+  void tell_later_life_again(Instant now);
   std::optional<std::uint64_t> later_life_due;
 
   // MASS: the amounts have changed. They are told at once, and with the next beacon again, in case they get lost.
@@ -52,6 +54,8 @@ class Outbox {
   std::set<LogId> changed_;
   std::optional<Instant> have_at_, want_at_;
   Instant last_have_{}, next_full_have_{}, later_life_again_{};
+  std::uint64_t later_life_ = 0;
+  unsigned later_life_left_ = 0;  // times that it is told again
   std::vector<wire::WantEntry> wants_;
 };
 

@@ -6,7 +6,10 @@ namespace onemap::comms {
 
 using std::chrono::milliseconds;
 
+// Who was stopped for a while, or cut off, answers once and very late: that must not make everybody wait for seconds. A
+// way that is as long as that, or has become so, says it with the next samples again.
 void RoundTrip::sample(Duration rtt) {
+  rtt = std::min(rtt, std::max<Duration>(milliseconds(200), 2 * give_up_after(0)));
   if (srtt_.count() == 0) {
     srtt_ = std::max(rtt, Duration(1));
     var_ = rtt / 2;

@@ -14,6 +14,7 @@ constexpr double kTarget_s = 0.015;  // of data waiting at the narrowest place
 constexpr double kGain = 0.25;       // how much faster or slower than what is delivered
 constexpr double kStartGain = 2.0;
 constexpr double kDrainGain = 0.6;
+constexpr double kSlow = 4.0;                      // times the least rate
 constexpr Duration kStartQueue = milliseconds(8);  // so much waits: the way is full
 constexpr double kFaster = 1.25;                   // less growth than this three times in a row: the way is full
 constexpr int kNoFaster = 6;                       // feedbacks, about three round trips
@@ -68,7 +69,8 @@ void RateController::feedback(Instant now, const wire::Feedback& feedback) {
   round_trip_ = now - sent->at - held;
   if (last_) {
     clock_ += microseconds(static_cast<std::int32_t>(feedback.clock_us - last_->clock_us));
-    loss_.count(now, feedback.highest - last_->highest, feedback.received - last_->received);
+    // What was sent into a silence says nothing about the way as it is now, and would break the circuit of the start.
+    if (!was_silent) loss_.count(now, feedback.highest - last_->highest, feedback.received - last_->received);
   } else {
     clock_ = microseconds(feedback.clock_us);
   }
@@ -135,7 +137,9 @@ void RateController::start_up(double delivery, bool limited) {
     ++no_faster_;
   best_ = std::max(best_, delivery);
   capacity_ = std::max(capacity_, std::min(best_, kStartGain * capacity_));
-  if (delay_.queue() < kStartQueue && no_faster_ < kNoFaster) return;
+  // Jitter looks like a queue, too, and who begins at the least rate must not stop there for it.
+  const Duration full = capacity_ > kSlow * bounds_.least ? kStartQueue : 4 * kStartQueue;
+  if (delay_.queue() < full && no_faster_ < kNoFaster) return;
   capacity_ = delivery;
   phase_ = Phase::steady;
 }
@@ -145,12 +149,22 @@ void RateController::steer(Instant now) {
     breaks_at_ = now;
     capacity_ /= 2;
     phase_ = Phase::steady;
+    broken_ = true;
+  }
+  if (broken_ &&
+      !loss_.breaks()) {  // what it went down for is over, and by small steps it would take long to come back
+    broken_ = false;
+    phase_ = Phase::startup;
+    best_ = 0.0;
+    no_faster_ = 0;
   }
   capacity_ = std::clamp(capacity_, bounds_.least, bounds_.most);
   double rate = kStartGain * capacity_;
   if (phase_ == Phase::steady) {
     drain(now);
-    const double lack = std::min(1.0 - to_seconds(delay_.queue()) / kTarget_s, 1.0 - loss_.excess());
+    // What little goes through a way by now is long in telling that its losses are over, and did not cause them.
+    const double excess = capacity_ > kSlow * bounds_.least ? loss_.excess() : 0.0;
+    const double lack = std::min(1.0 - to_seconds(delay_.queue()) / kTarget_s, 1.0 - excess);
     rate = capacity_ * (1.0 + kGain * std::clamp(lack, -1.0, 1.0)) + probing(capacity_);
     rate = std::min(rate, (1.0 + kGain) * capacity_);
     if (delay_.draining()) rate = kDrainGain * capacity_;

@@ -77,6 +77,7 @@ class RateController {
   std::optional<Instant> waits_since_;  // for feedback
   Duration round_trip_{};
   Instant breaks_at_{};
+  bool broken_ = false;  // the circuit, until that loss is over
   std::optional<Instant> drained_;
   bool for_losses_ = false;  // this drain, or the next
   bool full_ = false;        // the queue was, since the last drain

@@ -239,8 +239,16 @@ bool Decoder::decode_head(std::span<const std::uint8_t> body) {
   get_bytes(in, record.body);
   get_bytes(in, record.previous);
   get_bytes(in, head.signature);
+  RecordHead& by = head.by.head;
+  by.id = {record.id.log, in.get<std::uint32_t>()};
+  by.kind = record.kind;
+  by.bytes = in.get<std::uint32_t>();
+  get_bytes(in, by.body);
+  get_bytes(in, by.previous);
+  get_bytes(in, head.by.signature);
   frames_.emplace_back(head);
-  return in.done() && valid(record.id.log) && record.bytes <= kMaxRecordBytes;
+  return in.done() && valid(record.id.log) && std::max(record.bytes, by.bytes) <= kMaxRecordBytes &&
+         by.id.seq > record.id.seq;
 }
 
 }  // namespace onemap::comms::wire

@@ -104,6 +104,12 @@ bool Encoder::head(const Head& head) {
   put(record.body);
   put(record.previous);
   put(head.signature);
+  const RecordHead& by = head.by.head;
+  put(by.id.seq);
+  put(by.bytes);
+  put(by.body);
+  put(by.previous);
+  put(head.by.signature);
   return true;
 }
 

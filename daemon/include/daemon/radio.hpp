@@ -115,7 +115,6 @@ class Radio {
   void end_life(Instant now, OutgoingRecord hello);
   void rise_again();
   void hand_out_applied();
-  void forget_what(const Record& replaces);
   void log_complaints();
   void log_neighbours();
   void log_refusals();
@@ -131,8 +130,6 @@ class Radio {
   unsigned new_lives_ = 0;
   comms::NodeConfig node_config_;
   Store store_;
-  // Of each log the last record of each kind of which only the last one counts.
-  std::map<std::pair<LogId, std::uint16_t>, RecordId> last_of_kind_;
   std::unique_ptr<comms::DatagramPort> port_;
   const std::unique_ptr<TeamSeal> seal_;  // nullptr: no team key, and no guard
   std::unique_ptr<comms::Node> node_;

@@ -62,11 +62,13 @@ struct Data {
   std::uint16_t fragment = 0;
   std::span<const std::uint8_t> bytes;
 };
-// A record whose body was dropped at the sender: all that its signature covers, with the body's digest.
+// A record whose body was dropped at the sender: all that its signature covers, with the body's digest; and the same of
+// the later record of its log and kind that took its place, which proves that it may be dropped.
 struct Head {
   RecordHead record;
   std::uint8_t hops = 0;  // links that the sender's copy came over
   Signature signature{};
+  SignedHead by;  // its log and kind are the record's
 };
 struct Ping {
   std::uint32_t token = 0;
@@ -108,7 +110,7 @@ inline constexpr std::size_t kDataFixedBytes = 46;
 inline constexpr std::size_t kFeedbackBytes = 16;
 inline constexpr std::size_t kLaterLifeBytes = 24;
 inline constexpr std::size_t kMassFixedBytes = 19, kMassAmountsBytes = 16 * kScalars;
-inline constexpr std::size_t kHeadFrameBytes = 164;
+inline constexpr std::size_t kHeadFrameBytes = 300;
 
 constexpr std::uint32_t fragments_of(std::uint32_t total_bytes) {
   return std::max<std::uint32_t>(1, (total_bytes + kFragmentBytes - 1) / kFragmentBytes);
