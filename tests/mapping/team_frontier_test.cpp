@@ -95,6 +95,21 @@ TEST_F(TeamFrontier, AnotherChainOfThisRobotsIsNotInTheMapYet) {
   EXPECT_EQ(decider.view().chain, 1u);
 }
 
+// What an earlier life of the decider's said counts for nobody any longer: the map would stand still.
+TEST_F(TeamFrontier, AnotherChainOfTheDecidersSaysTheSolutionAnew) {
+  Robot alone(b, 10s);
+  alone.apply(b.written());
+  ASSERT_EQ(count(alone.work(kNow + 1s), RecordKind::solution), 1u);
+  const std::uint64_t before = alone.view().digest;
+  alone.map().begin_life(2, false);
+  Author later("b", 2);
+  alone.apply(later.hello());
+  const Records said = alone.work(kNow + 30s);
+  EXPECT_EQ(count(said, RecordKind::solution), 1u);
+  EXPECT_EQ(count(said, RecordKind::frontier), 1u);
+  EXPECT_EQ(alone.view().digest, before) << "nothing else is new";
+}
+
 // The decider dies without a word: the next one takes over from where it was.
 TEST_F(TeamFrontier, TheNextOneTakesOver) {
   Robot decider(a, 10s), other(b, 10s);

@@ -60,6 +60,8 @@ void TeamMap::begin_life(std::uint64_t incarnation, bool repeats) {
   view_.chain += repeats ? 0 : 1;
   view_.T_map_odometry.reset();
   view_.settled = false;
+  say_again_ = published_.has_value();
+  frontier_ = {};
 }
 
 void TeamMap::presence(std::map<RobotId, Instant> last_sign, std::set<RobotId> records_complete) {
@@ -105,6 +107,7 @@ bool TeamMap::map_is_due(const Agreement& team) const {
 bool TeamMap::publish(SolutionRecord solution) {
   records_.push_back({Lane::poses, RecordKind::solution, encode(solution)});
   published_ = std::move(solution);
+  say_again_ = false;
   next_frontier_ = {};
   return true;
 }
@@ -115,7 +118,7 @@ bool TeamMap::decide(const Agreement& team, Instant now) {
   // The links are all that will come: the very solution that follows from them.
   auto wanted = solver_.wanted(team, nullptr);
   if (wanted) wanted->up = up_.final(log_, *wanted);
-  if (!wanted || wanted == published_) return false;
+  if (!wanted || (wanted == published_ && !say_again_)) return false;
   const TeamMember* made = decision_.made(team, solver_);
   if (made != nullptr && made->solution != published_) return false;  // of one that has gone
   return publish(std::move(*wanted));
@@ -130,7 +133,9 @@ bool TeamMap::decide_now(const Agreement& team, Instant now) {
   const TeamMember* made = published_ ? nullptr : decision_.made(team, solver_);
   const SolutionRecord* in_use = published_ ? &*published_ : made != nullptr ? &*made->solution : nullptr;
   auto wanted = solver_.wanted(team, in_use);
-  if (!wanted || (published_ && agree(log_, *published_, *wanted, TeamSolver::kWorth_m))) return false;
+  if (!wanted) return false;
+  if (published_ && agree(log_, *published_, *wanted, TeamSolver::kWorth_m))
+    return say_again_ && publish(SolutionRecord(*published_));
   wanted->up = up_.now(log_, *wanted, in_use);
   return publish(std::move(*wanted));
 }
