@@ -50,6 +50,7 @@ Node::Impl::Impl(NodeConfig config_, LogStore& store_)
   notary.start(store);
   for (const auto& [log, count] : store.frontier()) take_held(log, count);
   team.set_own(frontier_digest, 0, 0);
+  if (!undurable.empty()) settle_own();
 }
 
 // Of what the store holds at the start all may hear, but for own records that the disk has not promised to keep yet.

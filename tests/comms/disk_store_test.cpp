@@ -409,6 +409,7 @@ TEST(DiskStore, NobodyHearsOfWhatASyncDidNotKeep) {
   }
   EXPECT_EQ(store->frontier().at(voxels), 2u);
   config.incarnation = 2;
+  disk.sync_fault = DiskFault::failing;
   Node next(config, *store);
   EXPECT_EQ(next.frontier_digest(), entry_digest(voxels, 1)) << "nor in the next life";
   EXPECT_FALSE(next.own_settled());
