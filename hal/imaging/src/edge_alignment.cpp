@@ -21,7 +21,8 @@ constexpr double kLevel = 1.02;  // in front, the readings beside the edge
 constexpr int kEachRow = 2;
 constexpr double kLeastChange = 16;  // grey levels over two pixels
 constexpr double kStraight = 0.6;    // the cosine between a row or column and the edge's normal
-constexpr double kReaches_px[] = {8, 8, 8, 6, 6, 4, 4, 3, 3, 3, 3, 3};
+constexpr double kReaches_px[] = {8, 8, 8, 8, 6, 6, 6, 4, 4, 4, 4, 4, 4, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3};
+constexpr double kElsewhere_m = 0.005;  // from there the same should be found
 constexpr std::size_t kLeastEdges = 400;
 constexpr double kMostTurn = 0.005, kMostAway_m = 0.004;  // deviations: more is no calibration
 
@@ -189,11 +190,12 @@ Result<EdgeAlignment::Found> EdgeAlignment::estimate(const ColourFromDepth& gues
   if (groups < kLeastGroups)
     return Error{"", fmt::format("{} images are too few; {} are needed", views_.size(), kLeastGroups)};
   Found found;
-  Guess best{guess, offset_m};
-  for (const double reach : kReaches_px)
-    if (!improve(best, reach, -1, groups, found))
-      return Error{"", fmt::format("{} places where both depth and colour change are too few; {} are needed",
-                                   found.edges, kLeastEdges)};
+  Guess other{changed(guess, {0, 0, 0, kElsewhere_m, kElsewhere_m}), offset_m}, best{guess, offset_m};
+  for (Guess* start : {&other, &best})
+    for (const double reach : kReaches_px)
+      if (!improve(*start, reach, -1, groups, found))
+        return Error{"", fmt::format("{} places where both depth and colour change are too few; {} are needed",
+                                     found.edges, kLeastEdges)};
   found.pose = best.pose;
   std::array<Spread, 5> spreads;
   for (int group = 0; group < groups; ++group) {
@@ -205,7 +207,8 @@ Result<EdgeAlignment::Found> EdgeAlignment::estimate(const ColourFromDepth& gues
     const Five off = between(found.pose, without.pose);
     for (std::size_t i = 0; i < off.size(); ++i) spreads[i].add(off[i]);
   }
-  for (std::size_t i = 0; i < 5; ++i) found.sigma[i] = spreads[i].sigma();
+  const Five apart = between(best.pose, other.pose);
+  for (std::size_t i = 0; i < 5; ++i) found.sigma[i] = std::hypot(spreads[i].sigma(), apart[i]);
   const double turn = std::max({found.sigma[0], found.sigma[1], found.sigma[2]}),
                away_m = std::max(found.sigma[3], found.sigma[4]);
   if (turn > kMostTurn || away_m > kMostAway_m)

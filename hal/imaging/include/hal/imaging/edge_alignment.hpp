@@ -17,7 +17,8 @@ namespace onemap::hal::imaging {
 // edge that could be seen, and stays as it was. Pure; deterministic.
 class EdgeAlignment {
  public:
-  // Five deviations: of the turn about x, y, z (radians) and of the place in x, y (metres).
+  // Five deviations, from stretches of time and from two starts: of the turn about x, y, z (radians) and of the place
+  // in x, y (metres).
   struct Found {
     ColourFromDepth pose;
     std::array<double, 5> sigma{};
