@@ -1,7 +1,7 @@
 # bash completion of onemapctl: to be installed as /usr/share/bash-completion/completions/onemapctl
 _onemapctl() {
   local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]} command='' i
-  local commands='status peers consensus map pose watch metrics cameras doctor snapshot save load record why unmerge merge team'
+  local commands='status peers consensus map pose watch metrics cameras doctor snapshot save load record why unmerge merge team calibrate'
   for ((i = 1; i < COMP_CWORD; ++i)); do
     case ${COMP_WORDS[i]} in
       --socket | --timeout) ((++i)) ;;
@@ -25,6 +25,7 @@ _onemapctl() {
     snapshot) COMPREPLY=($(compgen -W "--map --view --kind $options" -- "$word")) ;;
     save | load) COMPREPLY=($(compgen -W "$options" -- "$word") $(compgen -f -- "$word")) ;;
     team) COMPREPLY=($(compgen -W "init show join --file --secret --force $options" -- "$word")) ;;
+    calibrate) COMPREPLY=($(compgen -W '--from --out --baseline --images --help' -- "$word") $(compgen -f -- "$word")) ;;
     *) COMPREPLY=($(compgen -W "$options" -- "$word")) ;;
   esac
 }

@@ -1,5 +1,5 @@
 # fish completion of onemapctl: to be installed as /usr/share/fish/vendor_completions.d/onemapctl.fish
-set -l commands status peers consensus map pose watch metrics cameras doctor snapshot save load record why unmerge merge team
+set -l commands status peers consensus map pose watch metrics cameras doctor snapshot save load record why unmerge merge team calibrate
 complete -c onemapctl -f
 complete -c onemapctl -l socket -r -F -d 'control socket of the daemon'
 complete -c onemapctl -l json -d 'one JSON object a line'
@@ -23,6 +23,12 @@ complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a why -d '
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a unmerge -d 'take what joins two robots back'
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a merge -d 'let what joins two robots count again'
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a team -d 'the key of the team'
+complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a calibrate -d 'where the depth lens is, from a recording'
+complete -c onemapctl -n '__fish_seen_subcommand_from calibrate' -F
+complete -c onemapctl -n '__fish_seen_subcommand_from calibrate' -l from -r -F -d 'the calibration to begin with'
+complete -c onemapctl -n '__fish_seen_subcommand_from calibrate' -l out -r -F -d 'where it goes'
+complete -c onemapctl -n '__fish_seen_subcommand_from calibrate' -l baseline -x -d 'distance of the lenses in metres'
+complete -c onemapctl -n '__fish_seen_subcommand_from calibrate' -l images -x -d 'how many are looked at'
 complete -c onemapctl -n '__fish_seen_subcommand_from team' -a 'init show join'
 complete -c onemapctl -n '__fish_seen_subcommand_from team' -l file -r -F -d 'where it is'
 complete -c onemapctl -n '__fish_seen_subcommand_from team' -l secret -d 'the key itself'

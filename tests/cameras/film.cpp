@@ -69,7 +69,7 @@ Film Film::load(const std::string& file) {
 }
 
 bool Projector::advance(bool wanted, Moment now) {
-  constexpr auto kBeforeTheFirst = std::chrono::milliseconds(50);
+  constexpr auto kBeforeTheFirst = std::chrono::milliseconds(1500);  // as real ones; a robot that starts takes its time
   if (!wanted) running_ = false;
   if (!wanted || next_ >= pictures_) return false;
   if (!running_) {

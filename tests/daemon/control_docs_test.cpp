@@ -104,8 +104,8 @@ TEST(ControlDocs, EverySubcommandIsInItsManPageAndInEveryCompletion) {
 
 TEST(ControlDocs, EveryOptionIsInTheManPageAndInEveryCompletion) {
   const std::string man = page("onemapctl.1");
-  for (const char* option :
-       {"socket", "json", "timeout", "help", "version", "follow", "map", "view", "kind", "file", "secret", "force"}) {
+  for (const char* option : {"socket", "json", "timeout", "help", "version", "follow", "map", "view", "kind", "file",
+                             "secret", "force", "from", "out", "baseline", "images"}) {
     EXPECT_NE(man.find(std::string("--") + option), std::string::npos) << option;
     for (const char* file : {"onemapctl.bash", "_onemapctl", "onemapctl.fish"})
       EXPECT_TRUE(has_word(test::text_of(kShare + "completions/" + file), option)) << option << " in " << file;

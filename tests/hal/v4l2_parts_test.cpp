@@ -64,6 +64,8 @@ TEST(V4l2Address, ReadsItsOptions) {
   EXPECT_FALSE(parsed->depth_size.has_value());
   EXPECT_EQ(parsed->fps, 60);
   EXPECT_EQ(parsed->calibration_file, "c.txt");
+  EXPECT_FALSE(parsed->as_it_comes);
+  EXPECT_TRUE(parse_v4l2_address(*parse_camera_address("v4l2:?registration=none"))->as_it_comes);
 }
 
 TEST(V4l2Address, ErrorsSayWhatIsWrong) {
@@ -73,6 +75,7 @@ TEST(V4l2Address, ErrorsSayWhatIsWrong) {
       {"v4l2:?size=8x8", "size=8x8"},
       {"v4l2:?depth_size=640", "depth_size=640: expected WIDTHxHEIGHT"},
       {"v4l2:?size=640x480x3", "size=640x480x3"},
+      {"v4l2:?registration=device", "registration=device: expected ours or none"},
       {"v4l2:?color=", "color names nothing"},
       {"v4l2:?colour=/dev/video1", "unknown option 'colour'"}};
   for (const auto& [text, expected] : cases) {

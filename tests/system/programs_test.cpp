@@ -5,7 +5,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <sstream>
+
 #include "comms/udp/udp_port.hpp"
+#include "hal/imaging/rig_calibration.hpp"
 #include "support/program.hpp"
 
 namespace onemap {
@@ -39,7 +43,7 @@ Ran once(const TempFolder& folder, const std::vector<std::string>& more, const s
 
 TEST(Programs, EachSaysItsVersionAndHelp) {
   const TempFolder folder;
-  for (const std::string program : {"onemapd", "onemap-fleet", "onemap-view", "onemap-eval"}) {
+  for (const std::string program : {"onemapd", "onemap-fleet", "onemap-view", "onemap-eval", "onemap-calibrate"}) {
     const Ran version = run(folder, program, {"--version"});
     EXPECT_EQ(version.status, 0) << program;
     EXPECT_THAT(version.text, testing::MatchesRegex(program + " [0-9]+\\.[0-9]+\\.[0-9]+\n"));
@@ -139,10 +143,35 @@ TEST(Programs, AFolderThatTakesNoFilesIsSaidBeforeTheWork) {
   EXPECT_THAT(said, HasSubstr(out + ": cannot write to the folder: Read-only file system"));
 }
 
+// A real recording whose depth is registered: a lens that begins a centimetre beside is found to be where colour's is.
+TEST(Programs, OnemapctlCalibrateWritesACalibrationOfARecording) {
+  const std::string recording = std::string(ONEMAP_SHARED_DIR) + "/data/fr1_xyz";
+  if (!std::filesystem::exists(recording + "/rgb.txt")) GTEST_SKIP() << "recording not found: " << recording;
+  const TempFolder folder;
+  std::string text = "width 640\nheight 480\ndepth_width 640\ndepth_height 480\ncolour_from_depth_x 0.01\n";
+  std::istringstream lines(test::text_of(recording + "/calibration.txt"));
+  for (std::string line; std::getline(lines, line);)
+    if (!line.empty() && line[0] != '#')
+      text += line + "\n" + (line.starts_with("depth_") ? "" : "depth_" + line + "\n");
+  folder.write("nominal.txt", text);
+  const std::string out = folder / "mine.txt";
+  const Ran ran = run(folder, "onemapctl", {"calibrate", recording, "--from", folder / "nominal.txt", "--out", out});
+  ASSERT_EQ(ran.status, 0) << ran.text;
+  EXPECT_THAT(ran.text, HasSubstr("a larger room gives the same images"));
+  const auto rig = hal::imaging::parse_rig_calibration(test::text_of(out), out);
+  ASSERT_TRUE(rig) << rig.error().text();
+  EXPECT_NEAR(rig->pose.translation_m[0], 0, 0.004);
+  EXPECT_NEAR(rig->pose.translation_m[1], 0, 0.006);
+  const Ran few = run(folder, "onemapctl", {"calibrate", recording + ":0:3", "--from", folder / "nominal.txt"});
+  EXPECT_EQ(few.status, 1);
+  EXPECT_THAT(few.text, HasSubstr("3 images are too few"));
+  EXPECT_EQ(run(folder, "onemapctl", {"calibrate"}).status, 2);
+}
+
 TEST(Programs, AFullStandardOutputIsAFailure) {
   const TempFolder folder;
   for (const char* what : {"onemapd --help", "onemapd --version", "onemapd --dump-config", "onemap-fleet --help",
-                           "onemap-view --help", "onemap-eval --help", "onemapctl --help"}) {
+                           "onemap-view --help", "onemap-eval --help", "onemap-calibrate --help", "onemapctl --help"}) {
     const std::string command = fmt::format("{}/{} > /dev/full 2> {}", ONEMAP_BIN_DIR, what, folder / "e");
     const int status = std::system(command.c_str());
     EXPECT_EQ(WEXITSTATUS(status), 1) << what;

@@ -8,6 +8,7 @@
 #include <functional>
 #include <optional>
 
+#include "control/calibrate.hpp"
 #include "control/client.hpp"
 #include "control/doctor.hpp"
 #include "control/socket_place.hpp"
@@ -27,6 +28,7 @@ constexpr const char* kFooter =
     "  onemapctl --socket /run/onemap/r2/control.sock map\n"
     "  onemapctl doctor                     what is wrong, and what to do\n"
     "  onemapctl team init                  a key for a new team; no daemon is needed\n"
+    "  onemapctl calibrate recordings/1 --from nominal.txt --out mine.txt\n"
     "\nWithout --socket: $ONEMAP_SOCKET, else the one socket that there is in $RUNTIME_DIRECTORY, /run/onemap and\n"
     "$XDG_RUNTIME_DIR/onemap. A daemon with neither has it in its OUT folder, and its log says where.\n"
     "\nExit status:\n"
@@ -40,7 +42,7 @@ struct Options {
   bool json = false, follow = false;
   double timeout_s = 10;
   std::string path, a, b;
-  std::vector<std::string> classes, maps, views, kinds;
+  std::vector<std::string> classes, maps, views, kinds, words;
   TeamOptions team;
 };
 
@@ -149,6 +151,7 @@ struct CommandLine {
   void declare_reading();
   void declare_changing();
   void declare_team();
+  void declare_calibrate();
 };
 
 CommandLine::CommandLine() {
@@ -164,6 +167,7 @@ CommandLine::CommandLine() {
   declare_reading();
   declare_changing();
   declare_team();
+  declare_calibrate();
 }
 
 void CommandLine::declare_reading() {
@@ -245,6 +249,16 @@ void CommandLine::declare_team() {
   auto* join = one("join", "take the team's key from a line of standard input", join_team);
   join->add_option("key", options.team.key, "the line, instead; others on this machine can see it");
   join->add_flag("--force", options.team.force, "in place of the key that there is");
+}
+
+// All that follows is onemap-calibrate's, --help too.
+void CommandLine::declare_calibrate() {
+  CLI::App* sub = app.add_subcommand("calibrate", "where the depth lens is, from a recording; see calibrate --help");
+  sub->fallthrough(false)->prefix_command()->set_help_flag();
+  sub->callback([this, sub] {
+    options.words = sub->remaining();
+    run_alone = [](const Options& o) { return complain(CtlExit::refused, become_calibrate(o.words).text()); };
+  });
 }
 
 // Where to ask, or why that cannot be told.

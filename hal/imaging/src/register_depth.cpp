@@ -77,7 +77,8 @@ struct RowInput {
   const std::uint16_t* depth;
   const float *ray_x, *ray_y, *ray_z;
   std::array<float, 3> t_m;
-  float metres, scale;     // metres of a depth value; colour's depth values of a metre
+  float metres, offset_m;  // of a depth value, and added to it
+  float scale;             // colour's depth values of a metre
   float finer_u, finer_v;  // colour pixels of a depth pixel at the same distance
   float widest;
   float nearest_m;
@@ -91,9 +92,10 @@ void place_row(const ColourLens& lens, const RowInput& in, std::size_t n, float*
   // Not the constant itself: the compiler would know its inverse, and take a branch for it.
   const float nearest = in.nearest_m;
   const float tx = in.t_m[0], ty = in.t_m[1], tz = in.t_m[2];
+  const float offset = in.offset_m;
   const float half_finer_u = 0.5f * in.finer_u, half_finer_v = 0.5f * in.finer_v;
   for (std::size_t i = 0; i < n; ++i) {
-    const float z_m = static_cast<float>(in.depth[i]) * in.metres;
+    const float z_m = static_cast<float>(in.depth[i]) * in.metres + offset;
     const float x = in.ray_x[i] * z_m + tx, y = in.ray_y[i] * z_m + ty, z = in.ray_z[i] * z_m + tz;
     const float inverse = 1 / (z > nearest ? z : nearest);
     const float known = lens.image<distorted>(x * inverse, y * inverse, in.widest, u[i], v[i]);
@@ -105,10 +107,12 @@ void place_row(const ColourLens& lens, const RowInput& in, std::size_t n, float*
 
 }  // namespace
 
-DepthRegistration::DepthRegistration(const Intrinsics& depth, const Intrinsics& colour, const ColourFromDepth& pose)
+DepthRegistration::DepthRegistration(const Intrinsics& depth, const Intrinsics& colour, const ColourFromDepth& pose,
+                                     double offset_m)
     : depth_(depth),
       colour_(colour),
       t_m_(as_float(pose.translation_m)),
+      offset_m_(static_cast<float>(offset_m)),
       distorted_(has_distortion(colour)),
       widest_(widest_ray(colour)) {
   const auto& r = pose.rotation;
@@ -134,6 +138,7 @@ void DepthRegistration::place(std::size_t row, std::span<const std::uint16_t> de
                     &ray_z_[at],
                     t_m_,
                     static_cast<float>(1 / depth_.depth_scale),
+                    offset_m_,
                     static_cast<float>(colour_.depth_scale),
                     static_cast<float>(colour_.fx / depth_.fx),
                     static_cast<float>(colour_.fy / depth_.fy),

@@ -34,6 +34,7 @@ constexpr Key kKeys[] = {{"width", Kind::side},
                          {"k3", Kind::any},
                          {"depth_scale", Kind::positive},
                          {"depth_none", Kind::depth_value},
+                         {"depth_offset_m", Kind::any},
                          {"depth_width", Kind::side},
                          {"depth_height", Kind::side},
                          {"depth_fx", Kind::positive},
@@ -56,6 +57,7 @@ constexpr Key kKeys[] = {{"width", Kind::side},
                          {"noise_growth_per_m", Kind::positive},
                          {"noise_best_m", Kind::any}};
 constexpr double kLeastCosine = 0.8660254;  // 30 degrees
+constexpr double kMostOffset_m = 0.5;
 
 struct Given {
   double value = 0;
@@ -128,7 +130,8 @@ std::string missing(const Numbers& numbers, const std::string& prefix) {
 bool any_with(const Numbers& numbers, std::initializer_list<std::string_view> prefixes) {
   for (const auto& [key, given] : numbers)
     for (const std::string_view prefix : prefixes)
-      if (key.starts_with(prefix) && key != "depth_scale" && key != "depth_none") return true;
+      if (key.starts_with(prefix) && key != "depth_scale" && key != "depth_none" && key != "depth_offset_m")
+        return true;
   return false;
 }
 
@@ -169,10 +172,46 @@ Result<RigCalibration> parse_rig_calibration(std::string_view text, const std::s
   if (!pose) return Error{name, pose.error().reason};
   rig.pose = *pose;
   rig.depth_none = static_cast<std::uint16_t>(value_of(*numbers, "depth_none", 0));
+  rig.depth_offset_m = value_of(*numbers, "depth_offset_m", 0);
+  if (rig.depth_offset_m != 0 && !two_lenses)
+    return Error{name, "depth_offset_m needs the depth lens: depth that the device registers stays as it is"};
+  if (std::abs(rig.depth_offset_m) > kMostOffset_m)
+    return Error{name, fmt::format("depth_offset_m must be within {} m of 0", kMostOffset_m)};
   rig.noise.least_m = value_of(*numbers, "noise_least_m", rig.noise.least_m);
   rig.noise.growth_per_m = value_of(*numbers, "noise_growth_per_m", rig.noise.growth_per_m);
   rig.noise.best_m = value_of(*numbers, "noise_best_m", rig.noise.best_m);
   return rig;
+}
+
+std::string text_of(const RigCalibration& rig) {
+  std::string out;
+  const auto put = [&](std::string_view key, double value) { out += fmt::format("{} {:.9g}\n", key, value); };
+  const auto lens = [&](const std::string& prefix, const Intrinsics& k) {
+    put(prefix + "width", k.width), put(prefix + "height", k.height);
+    put(prefix + "fx", k.fx), put(prefix + "fy", k.fy), put(prefix + "cx", k.cx), put(prefix + "cy", k.cy);
+    put(prefix + "k1", k.k1), put(prefix + "k2", k.k2), put(prefix + "p1", k.p1), put(prefix + "p2", k.p2);
+    put(prefix + "k3", k.k3);
+  };
+  lens("", rig.colour);
+  put("depth_scale", rig.colour.depth_scale);
+  put("depth_none", rig.depth_none);
+  if (rig.depth) {
+    lens("depth_", *rig.depth);
+    put("depth_offset_m", rig.depth_offset_m);
+    const auto& r = rig.pose.rotation;  // no more than 30 degrees: qw is the largest
+    const double w = std::sqrt(1 + r[0] + r[4] + r[8]) / 2;
+    put("colour_from_depth_x", rig.pose.translation_m[0]);
+    put("colour_from_depth_y", rig.pose.translation_m[1]);
+    put("colour_from_depth_z", rig.pose.translation_m[2]);
+    put("colour_from_depth_qx", (r[7] - r[5]) / (4 * w));
+    put("colour_from_depth_qy", (r[2] - r[6]) / (4 * w));
+    put("colour_from_depth_qz", (r[3] - r[1]) / (4 * w));
+    put("colour_from_depth_qw", w);
+  }
+  put("noise_least_m", rig.noise.least_m);
+  put("noise_growth_per_m", rig.noise.growth_per_m);
+  put("noise_best_m", rig.noise.best_m);
+  return out;
 }
 
 Result<Intrinsics> scaled_to(const Intrinsics& k, ImageSize size) {

@@ -194,6 +194,18 @@ TEST_F(V4l2, DepthIsRegisteredWhenItHasALensOfItsOwn) {
   EXPECT_NEAR(row[320], 1000 + 320 - shift_px + 2 * 240, 4);
 }
 
+TEST_F(V4l2, DepthIsAsItsOwnLensSeesItWhenThatIsWanted) {
+  machine_.add(1, 0, depth_node(), colour_node());
+  const auto camera = open(address("two-lenses.txt", "&registration=none"));
+  ASSERT_TRUE(camera);
+  FramePool pool(camera->intrinsics(), 1);
+  Frame frame = pool.acquire();
+  ASSERT_EQ(camera->grab(frame, 10s), Grab::frame);
+  const FrameView view = frame.view();
+  EXPECT_NE(view.depth.data(), frame.depth().data()) << "no copy";
+  EXPECT_EQ(view.depth[240 * 640 + 320], view.depth[240 * 640] + 320);
+}
+
 TEST_F(V4l2, PaddedRowsAndOtherFormatsAndSizes) {
   MockNodeConfig depth = depth_node(), colour = colour_node({kUyvy});
   depth.padding_bytes = 64;

@@ -33,8 +33,14 @@ Status set_option(const std::string& key, const std::string& value, V4l2Address&
   if (key == "fps" && !whole(value, 1, 120, into.fps))
     return Error{"", "fps=" + value + ": expected a whole number from 1 to 120"};
   if (key == "fps") return success();
+  if (key == "registration" && value != "ours" && value != "none")
+    return Error{"", "registration=" + value + ": expected ours or none"};
+  if (key == "registration") {
+    into.as_it_comes = value == "none";
+    return success();
+  }
   if (key != "color" && key != "calibration")
-    return Error{"", "unknown option '" + key + "'; known: color calibration size depth_size fps"};
+    return Error{"", "unknown option '" + key + "'; known: color calibration size depth_size fps registration"};
   if (value.empty()) return Error{"", key + " names nothing"};
   (key == "color" ? into.colour_path : into.calibration_file) = value;
   return success();

@@ -59,15 +59,15 @@ Status V4l2Camera::choose_sizes() {
   const auto colour = scaled(rig_.colour, address_.size);
   if (!colour) return colour.error();
   colour_ = depth_ = *colour;
-  if (!rig_.depth) {
+  if (!rig_.depth || address_.as_it_comes) {
     if (address_.depth_size && *address_.depth_size != imaging::size_of(colour_))
-      return Error{calibration_source_, "depth that the device registers has colour's size, not another depth_size"};
+      return Error{calibration_source_, "depth that is not registered here has colour's size, not another depth_size"};
     return success();
   }
   const auto depth = scaled(*rig_.depth, address_.depth_size);
   if (!depth) return depth.error();
   depth_ = *depth;
-  registration_.emplace(depth_, colour_, rig_.pose);
+  registration_.emplace(depth_, colour_, rig_.pose, rig_.depth_offset_m);
   plain_depth_.resize(imaging::size_of(depth_).pixels());
   return success();
 }

@@ -21,8 +21,10 @@ struct ColourFromDepth {
 // fall on a pixel the nearest is kept: what the colour camera cannot see behind it gives no depth there.
 class DepthRegistration {
  public:
-  // Both cameras' lenses; their depth_scale say the units of what is read and of what is written. Takes all memory.
-  DepthRegistration(const Intrinsics& depth, const Intrinsics& colour, const ColourFromDepth& pose);
+  // Both cameras' lenses; their depth_scale say the units of what is read and of what is written; offset_m is added to
+  // each reading. Takes all memory.
+  DepthRegistration(const Intrinsics& depth, const Intrinsics& colour, const ColourFromDepth& pose,
+                    double offset_m = 0);
 
   struct Counts {
     std::uint64_t readings = 0;  // of the depth image
@@ -48,6 +50,7 @@ class DepthRegistration {
 
   const Intrinsics depth_, colour_;
   const std::array<float, 3> t_m_;
+  const float offset_m_;
   const bool distorted_;
   const float
       widest_;  // squared distance of the colour image's farthest ray from the axis: the lens says nothing beyond

@@ -19,6 +19,7 @@ namespace onemap::hal {
 //   size         the calibration's   of colour images, WxH
 //   depth_size   the calibration's   of depth images, WxH
 //   fps          30                  of both
+//   registration ours                none: depth as its own lens sees it, for onemapctl calibrate
 //
 // Depth is moved onto the colour image here when the calibration has a lens of its own for it; if not, the device has
 // done it, and depth stays where the driver put it (no copy). Times are the kernel's stamps plus clock_offset. An
