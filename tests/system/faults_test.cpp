@@ -32,7 +32,7 @@ class CameraFault : public testing::Test {
   Robot& walk(const std::string& fault) {
     robot_.emplace(folder_, "robot", kWalk + std::string("&") + fault,
                    std::vector<std::string>{"--once", "--speed", "max"});
-    EXPECT_EQ(robot_->ends(120s), 0) << robot_->log();
+    EXPECT_EQ(robot_->ends(300s), 0) << robot_->log();
     return *robot_;
   }
 

@@ -169,8 +169,8 @@ TEST(Carried, ACameraThatIsLostElsewhereFindsItselfInAPeersMap) {
   };
   Robot a(folder, "a", "simulated:house?robot=1&robots=3&frames=420&carried_at=200&seed=6", arguments(pa, pb));
   Robot b(folder, "b", "simulated:house?robot=2&robots=3&frames=420&seed=6", arguments(pb, pa));
-  EXPECT_EQ(a.ends(120s), 0) << a.log();
-  EXPECT_EQ(b.ends(120s), 0) << b.log();
+  EXPECT_EQ(a.ends(300s), 0) << a.log();
+  EXPECT_EQ(b.ends(300s), 0) << b.log();
   EXPECT_THAT(a.log(), HasSubstr("going on in a map of its own"));
   EXPECT_THAT(a.log(), HasSubstr("link a - b accepted"));
   EXPECT_EQ(a.status("map_digest", std::string()), b.status("map_digest", std::string("none")));
@@ -187,7 +187,7 @@ TEST(Chains, AfterManyKeyframesTheNextChainIsJoinedToTheEarlierOne) {
                "keyframe_rotation_deg = 1.5\n");
   Robot robot(folder, "robot", "simulated:living-room?frames=420&seed=6&width=320&height=240",
               {"--once", "--speed", "max", "--config", folder / "robot.toml"});
-  EXPECT_EQ(robot.ends(120s), 0) << robot.log();
+  EXPECT_EQ(robot.ends(300s), 0) << robot.log();
   EXPECT_THAT(robot.log(), HasSubstr("going on in a new map"));
   EXPECT_THAT(robot.log(), HasSubstr("link robot's earlier life - robot accepted"));
   EXPECT_GT(test::lines(robot.out() / "trajectory.txt"), 400u) << "one way";

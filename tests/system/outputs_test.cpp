@@ -25,11 +25,11 @@ TEST(Outputs, ARecordedWalkIsMappedAgainAsItWas) {
   auto recorded = fast;
   recorded.insert(recorded.end(), {"--config", config});
   Robot first(folder, "first", "simulated:living-room?frames=60&seed=4", recorded, "robot");
-  ASSERT_EQ(first.ends(120s), 0) << first.log();
+  ASSERT_EQ(first.ends(300s), 0) << first.log();
   const std::string recording = first.out() / "recordings/0001";
   EXPECT_THAT(first.log(), HasSubstr("recorded 60 frames"));
   Robot again(folder, "again", "replay:" + recording, fast, "robot");
-  ASSERT_EQ(again.ends(120s), 0) << again.log();
+  ASSERT_EQ(again.ends(300s), 0) << again.log();
   EXPECT_GT(test::lines(first.out() / "trajectory.txt"), 50u);
   EXPECT_EQ(test::text_of(again.out() / "trajectory.txt"), test::text_of(first.out() / "trajectory.txt"));
   EXPECT_EQ(again.status("map_digest", std::string("none")), first.status("map_digest", std::string()));
@@ -43,7 +43,7 @@ TEST(Outputs, WhatAKilledDaemonRecordedPlays) {
   ASSERT_TRUE(test::wait_until([&] { return test::lines(recording / "rgb.txt") > 30; }, 60s)) << killed.log();
   killed.process().kill();
   Robot again(folder, "again", "replay:" + recording.string(), {"--once", "--speed", "max"});
-  EXPECT_EQ(again.ends(120s), 0) << again.log();
+  EXPECT_EQ(again.ends(300s), 0) << again.log();
   EXPECT_GT(test::lines(again.out() / "trajectory.txt"), 20u);
 }
 

@@ -160,7 +160,7 @@ TEST(StrangerTest, RobotsThatAreOnlyHeardOfKeepNobodyFromEnding) {
     stranger.say([&](auto& out) { out.status(ghosts); });
   }
   stranger.talk(1s);
-  EXPECT_EQ(robot.ends(60s), 0) << robot.log() << robot.status();
+  EXPECT_EQ(robot.ends(180s), 0) << robot.log() << robot.status();
 }
 
 TEST(StrangerTest, WhoeverFillsTheTableKeepsNeitherPeersNorNewcomersOut) {
