@@ -136,7 +136,9 @@ TrackReason Tracker::by_image(const FeatureFrame& other, const Pose& T_other_rob
 // direction that nothing tells is taken from the motion, for a while.
 void Tracker::lead_where_colour_is_poor(Observed& seen, KeyframeMap& map, const StepHook& begin, Placed& placed) {
   const bool by_colour = placed.ok();
-  const auto expected = motion_.at(seen.time);
+  auto expected = motion_.at(seen.time);
+  if (!expected && by_colour)
+    expected = Motion::Expected{placed.T_camera_robot, Eigen::Matrix<double, 6, 6>::Identity()};  // after a pause
   const bool poor = by_colour ? !sees_all(fit_.information(placed.T_camera_robot), mean_depth(seen.cloud))
                               : seen.features.size() < kRichFeatures;
   const auto led = poor && expected && seen.lens_open
