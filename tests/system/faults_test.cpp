@@ -176,7 +176,10 @@ TEST(Disk, OneThatBecomesReadOnlyIsSaidAndTheDaemonGoesOn) {
   if (const auto missing = Walled::missing("-m"); !missing.empty()) GTEST_SKIP() << missing;
   const TempFolder folder;
   const std::string out = folder / "out";
-  Walled robot(folder, "-m", "mount -t tmpfs -o size=100m none " + out, kLongWalk, "");
+  // With a file open for writing, as the log's is, nobody makes a disk read-only but a kernel that finds it failing.
+  folder.write("robot.toml", "[store]\nkeep = false\n");
+  Walled robot(folder, "-m", "mount -t tmpfs -o size=100m none " + out, kLongWalk,
+               "--config " + (folder / "robot.toml"));
   ASSERT_TRUE(test::wait_until([&] { return robot.frames() > 5; }, 60s)) << robot.log();
   ASSERT_TRUE(test::wait_until([&] { return robot.within("mount -o remount,ro " + out) == 0; }, 20s));
   ASSERT_TRUE(robot.says("Read-only file system")) << robot.log();
