@@ -1,5 +1,6 @@
 #include "mapping/local/local_mapper.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <optional>
 
@@ -52,6 +53,7 @@ struct LocalMapper::Impl {
   void refuse(TrackReason reason, FrameReport& report);
   void lose(TrackReason reason, FrameReport& report);
   Pose settle(const hal::FrameView& frame, const Placed& placed, FrameReport& report);
+  Pose at_depth_time(const hal::FrameView& frame, const Pose& T_camera_robot) const;
   void seal_older(FrameTime now);
   void finish();
 
@@ -65,6 +67,11 @@ struct LocalMapper::Impl {
   LocalMapperCounters counters;
   Observed seen;                       // the frame that is being processed
   std::optional<FrameTime> last_time;  // of the last frame whose time was in order
+  struct PlacedFrame {
+    FrameTime time;
+    Pose T_camera_robot;
+  };
+  std::optional<PlacedFrame> last_placed;
 };
 
 // The paper's section 3.
@@ -94,8 +101,10 @@ FrameReport LocalMapper::Impl::process(const hal::FrameView& frame) {
 
     // Points in the local reference, known ones refined; a frame that hardly moved is left out, figure 8.
     begin(Step::integrate);
-    report.integrated = surface.integrate(frame, front_end.rays(), T_camera_robot, keyframes.reference().anchor);
+    report.integrated =
+        surface.integrate(frame, front_end.rays(), at_depth_time(frame, T_camera_robot), keyframes.reference().anchor);
     counters.integrated += report.integrated;
+    last_placed = PlacedFrame{frame.colour_time, T_camera_robot};
     tracker.follow(seen, frame.colour_time, T_camera_robot);
     report.state = tracker.state();
   } else {
@@ -146,6 +155,16 @@ Pose LocalMapper::Impl::settle(const hal::FrameView& frame, const Placed& placed
   report.reference_keyframe = keyframes.reference().index;
   report.T_robot_camera = T_camera_robot.inverse();
   return T_camera_robot;
+}
+
+// Where the camera was when depth was measured, if it moved between the two images as it did since the frame before.
+Pose LocalMapper::Impl::at_depth_time(const hal::FrameView& frame, const Pose& T_camera_robot) const {
+  constexpr double kLongest_s = 0.3;
+  const double apart_s = to_seconds(frame.depth_time - frame.colour_time);
+  const double passed_s = last_placed ? to_seconds(frame.colour_time - last_placed->time) : 0;
+  if (apart_s == 0 || !(passed_s > 0 && passed_s <= kLongest_s)) return T_camera_robot;
+  const double share = std::clamp(apart_s / passed_s, -1.0, 1.0);
+  return small_motion(share * motion_between(last_placed->T_camera_robot, T_camera_robot)) * T_camera_robot;
 }
 
 // Others get a keyframe soon, also from a camera that stands still or sees nothing.

@@ -38,7 +38,13 @@ Status set_option(const std::string& key, const std::string& value, ReplayAddres
     into.layout = value == "tum" ? Layout::tum : Layout::seven_scenes;
     return success();
   }
-  return Error{"", "unknown option '" + key + "'; known: fx fy cx cy k1 k2 p1 p2 k3 depth_scale max_dt layout"};
+  if (key == "depth_time") {
+    if (value != "own" && value != "colour") return Error{"", "depth_time '" + value + "' is neither own nor colour"};
+    into.own_depth_time = value == "own";
+    return success();
+  }
+  return Error{"",
+               "unknown option '" + key + "'; known: fx fy cx cy k1 k2 p1 p2 k3 depth_scale max_dt layout depth_time"};
 }
 
 }  // namespace

@@ -172,6 +172,7 @@ Result<Recording> open_recording(const ReplayAddress& address) {
   const Result<Layout> layout = address.layout ? Result<Layout>(*address.layout) : detect_layout(recording.folder);
   if (!layout) return layout.error();
   recording.layout = *layout;
+  recording.own_depth_time = address.own_depth_time;
   for (const Status& status : {read_pairs(recording, address.max_dt), calibrate(recording, address)})
     if (!status) return status.error();
   if (recording.pairs.empty()) return no_pairs(recording);

@@ -93,7 +93,7 @@ Grab ReplayCamera::grab(Frame& into, std::chrono::milliseconds) {
     return Grab::bad;
   }
   into.colour_time = pair.color.time;
-  into.depth_time = pair.depth.time;
+  into.depth_time = recording_.own_depth_time ? pair.depth.time : pair.color.time;
   into.index = at - recording_.from;
   ++counters_.frames;
   return Grab::frame;
