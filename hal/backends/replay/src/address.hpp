@@ -18,7 +18,7 @@ struct ReplayAddress {
   imaging::Calibration calibration;                          // from options
   Duration max_dt = std::chrono::milliseconds(20);
   std::optional<Layout> layout;
-  bool own_depth_time = false;
+  std::optional<bool> own_depth_time;
 };
 
 Result<ReplayAddress> parse_replay_address(const CameraAddress& address);

@@ -145,7 +145,7 @@ class TeamMap {
   MapUp up_;
   Decision decision_;
   std::optional<SolutionRecord> published_;
-  bool say_again_ = false;  // this life has not said it yet: what an earlier one said counts no longer
+  bool say_again_ = false;   // this life has not said it yet: what an earlier one said counts no longer
   FrontierRecord frontier_;  // the last one published
   MapFusion fusion_;
   std::set<RecordId> malformed_;                             // submaps that were to be fused
