@@ -7,6 +7,7 @@
 #include "surface_builder.hpp"
 #include "tracking/focal_watch.hpp"
 #include "tracking/front_end.hpp"
+#include "tracking/held_frame.hpp"
 #include "tracking/keyframe_map.hpp"
 #include "tracking/keyframe_record.hpp"
 #include "tracking/sealed_trajectory.hpp"
@@ -46,14 +47,17 @@ struct LocalMapper::Impl {
         surface(surface_config(c, k)),
         trajectory(kTrajectoryRing),
         focal(k, static_cast<std::size_t>(c.max_features), c.seed),
-        seen(front_end.make_observed()) {}
+        seen(front_end.make_observed()),
+        seen_before(front_end.make_observed()),
+        held(k) {}
 
   FrameReport process(const hal::FrameView& frame);
+  void begin_with_held(const hal::FrameView& next);
+  FrameReport place(const hal::FrameView& frame);
   bool is_later(FrameTime time);
   void refuse(TrackReason reason, FrameReport& report);
   void lose(TrackReason reason, FrameReport& report);
   Pose settle(const hal::FrameView& frame, const Placed& placed, FrameReport& report);
-  Pose at_depth_time(const hal::FrameView& frame, const Pose& T_camera_robot) const;
   void seal_older(FrameTime now);
   void finish();
 
@@ -66,12 +70,9 @@ struct LocalMapper::Impl {
   StepHook begin;
   LocalMapperCounters counters;
   Observed seen;                       // the frame that is being processed
+  Observed seen_before;                // the first one, while how the camera moves is not known
+  HeldFrame held;                      // that frame
   std::optional<FrameTime> last_time;  // of the last frame whose time was in order
-  struct PlacedFrame {
-    FrameTime time;
-    Pose T_camera_robot;
-  };
-  std::optional<PlacedFrame> last_placed;
 };
 
 // The paper's section 3.
@@ -83,12 +84,31 @@ FrameReport LocalMapper::Impl::process(const hal::FrameView& frame) {
     refuse(TrackReason::time_not_increasing, report);
     return report;
   }
+  if (keyframes.empty() && !held.any() && frame.depth_time != frame.colour_time) {
+    held.hold(frame);
+    return report;
+  }
+  if (held.any()) begin_with_held(frame);
+  return place(frame);
+}
+
+// Where the first frame's depth belongs is known once it is known how the camera moves.
+void LocalMapper::Impl::begin_with_held(const hal::FrameView& next) {
+  front_end.observe(held.view(), begin, seen_before);
+  front_end.observe(next, begin, seen);
+  tracker.see_motion(seen_before, seen, begin);
+  held.let_go();
+  place(held.view());
+}
+
+FrameReport LocalMapper::Impl::place(const hal::FrameView& frame) {
+  FrameReport report;
   // SURF features with their points, eq. (5), and the voxel grid's cloud, figure 7.
   seal_older(frame.colour_time);
-  front_end.observe(frame, begin, seen);
+  front_end.observe(frame, begin, seen, tracker.T_colour_depth(frame));
   report.features = static_cast<int>(seen.features.size());
 
-  if (keyframes.empty()) keyframes.look(frame.depth);
+  if (keyframes.empty()) keyframes.look(frame.depth, seen.T_colour_depth);
   // Cross check, fundamental matrix, eq. (6), coherent depths, 3D RANSAC and ICP, figures 4 to 6, and with them eq.
   // (7).
   const Placed placed = tracker.locate(seen, keyframes, begin);
@@ -97,14 +117,14 @@ FrameReport LocalMapper::Impl::process(const hal::FrameView& frame) {
   if (placed.ok()) {
     // What the next frames are placed by, so that the chain of eq. (7) does not drift; position and rotation, eq. (8).
     begin(Step::keyframe);
+    const auto T_colour_depth = tracker.T_colour_depth(seen, placed.T_camera_robot);
     const Pose T_camera_robot = settle(frame, placed, report);
 
     // Points in the local reference, known ones refined; a frame that hardly moved is left out, figure 8.
     begin(Step::integrate);
-    report.integrated =
-        surface.integrate(frame, front_end.rays(), at_depth_time(frame, T_camera_robot), keyframes.reference().anchor);
+    const Pose T_depth_robot = T_colour_depth ? T_colour_depth->inverse() * T_camera_robot : T_camera_robot;
+    report.integrated = surface.integrate(frame, front_end.rays(), T_depth_robot, keyframes.reference().anchor);
     counters.integrated += report.integrated;
-    last_placed = PlacedFrame{frame.colour_time, T_camera_robot};
     tracker.follow(seen, frame.colour_time, T_camera_robot);
     report.state = tracker.state();
   } else {
@@ -143,7 +163,7 @@ Pose LocalMapper::Impl::settle(const hal::FrameView& frame, const Placed& placed
   ++counters.tracked;
   report.keyframe_added = keyframes.follow(seen.features, T_camera_robot, placed.inliers, placed.depth.has_value());
   if (report.keyframe_added) {
-    const auto sealed = keyframes.add(frame, T_camera_robot, seen.features, placed.depth);
+    const auto sealed = keyframes.add(frame, T_camera_robot, seen.features, placed.depth, seen.T_colour_depth);
     if (sealed) trajectory.seal(keyframes.landmarks(), *sealed);
     for (const SubmapAnchor& anchor : keyframes.moved_anchors()) surface.place(anchor);
     keyframes.hang_reference(surface.choose(keyframes.reference().T_camera_robot, keyframes.near_anchors()));
@@ -157,22 +177,16 @@ Pose LocalMapper::Impl::settle(const hal::FrameView& frame, const Placed& placed
   return T_camera_robot;
 }
 
-// Where the camera was when depth was measured, if it moved between the two images as it did since the frame before.
-Pose LocalMapper::Impl::at_depth_time(const hal::FrameView& frame, const Pose& T_camera_robot) const {
-  constexpr double kLongest_s = 0.3;
-  const double apart_s = to_seconds(frame.depth_time - frame.colour_time);
-  const double passed_s = last_placed ? to_seconds(frame.colour_time - last_placed->time) : 0;
-  if (apart_s == 0 || !(passed_s > 0 && passed_s <= kLongest_s)) return T_camera_robot;
-  const double share = std::clamp(apart_s / passed_s, -1.0, 1.0);
-  return small_motion(share * motion_between(last_placed->T_camera_robot, T_camera_robot)) * T_camera_robot;
-}
-
 // Others get a keyframe soon, also from a camera that stands still or sees nothing.
 void LocalMapper::Impl::seal_older(FrameTime now) {
   while (const auto sealed = keyframes.seal_older(now - kMostOpen)) trajectory.seal(keyframes.landmarks(), *sealed);
 }
 
 void LocalMapper::Impl::finish() {
+  if (held.any()) {
+    held.let_go();
+    place(held.view());
+  }
   while (const auto sealed = keyframes.seal_oldest()) trajectory.seal(keyframes.landmarks(), *sealed);
   surface.finish();
 }
@@ -218,7 +232,8 @@ LocalMapperCounters LocalMapper::counters() const {
 
 std::size_t LocalMapper::bytes() const {
   const Impl& m = *impl_;
-  return m.front_end.bytes() + m.keyframes.bytes() + m.tracker.bytes() + m.surface.bytes() + m.trajectory.bytes();
+  return m.front_end.bytes() + m.keyframes.bytes() + m.tracker.bytes() + m.surface.bytes() + m.trajectory.bytes() +
+         m.held.bytes();
 }
 
 }  // namespace onemap::mapping

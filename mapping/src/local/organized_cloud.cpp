@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "floor_int.hpp"
 #include "hal/lens.hpp"
@@ -114,10 +115,42 @@ void fit_normals(OrganizedCloud& cloud) {
   }
 }
 
+// The depth that each cell's ray meets from where the camera came to, by looking up where that surface was before.
+// Edges that a glance behind would be needed for are left out.
+void move_camera(const Pose& T_after_before, OrganizedCloud& cloud) {
+  constexpr int kRounds = 2;
+  const Eigen::Matrix3f R = T_after_before.R.cast<float>();
+  const Vector3f t = T_after_before.t.cast<float>();
+  const auto after = [&](const Vector3f& p) -> Vector3f { return R * p + t; };
+  const auto before = [&](const Vector3f& p) -> Vector3f { return R.transpose() * (p - t); };
+  const auto looked_up = [&](const Vector3f& p) {  // z of the surface that this point is on; 0: nothing is there
+    const Vector3f q = before(p);
+    if (!(q.z() >= kMinDepth_m)) return 0.0f;
+    const int u = floor_int<int>(q.x() / q.z() * cloud.fx + cloud.cx + 0.5f);
+    const int v = floor_int<int>(q.y() / q.z() * cloud.fy + cloud.cy + 0.5f);
+    if (u < 0 || v < 0 || u >= cloud.width || v >= cloud.height) return 0.0f;
+    const Vector3f& there = cloud.points[cloud.index(u, v)];
+    return there.z() > 0 ? after(there).z() : 0.0f;
+  };
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    const auto& cell = cloud.sampling[i];
+    float z = cloud.points[i].z(), last = z;
+    for (int round = 0; round < kRounds && z > 0; ++round)
+      last = std::exchange(z, looked_up({cell.x * z, cell.y * z, z}));
+    const bool on_one_surface = z >= kMinDepth_m && z <= kMaxDepth_m && std::abs(z - last) <= 3 * same_surface_m(z);
+    cloud.inverse_depth[i] = on_one_surface ? 1 / z : 0;
+  }
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    const auto& cell = cloud.sampling[i];
+    const float z = cloud.inverse_depth[i] > 0 ? 1 / cloud.inverse_depth[i] : 0;
+    cloud.points[i] = {cell.x * z, cell.y * z, z};
+  }
+}
+
 }  // namespace
 
 void organize(std::span<const std::uint16_t> depth, const hal::Intrinsics& intrinsics, int width, int height,
-              OrganizedCloud& out) {
+              OrganizedCloud& out, const std::optional<Pose>& T_colour_depth) {
   if (out.width != width || out.height != height || out.camera != intrinsics) {
     set_grid(intrinsics, width, height, out);
   }
@@ -131,6 +164,7 @@ void organize(std::span<const std::uint16_t> depth, const hal::Intrinsics& intri
     out.points[i] = {cell.x * z, cell.y * z, z};
     out.inverse_depth[i] = z > 0 ? 1 / z : 0;
   }
+  if (T_colour_depth) move_camera(*T_colour_depth, out);
   fit_normals(out);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -36,8 +37,9 @@ struct OrganizedCloud {
 // ray). Normals from a plane fit over 5 x 5 cells, none across depth steps. The grid spans the colour image's field of
 // view (fx = width / intrinsics.width * intrinsics.fx, ...). out's memory is reused: no allocation after the first
 // call.
+// T_colour_depth: how the camera moved since depth was measured; the cloud is as it looks from where it came to.
 void organize(std::span<const std::uint16_t> depth, const hal::Intrinsics& intrinsics, int width, int height,
-              OrganizedCloud& out);
+              OrganizedCloud& out, const std::optional<Pose>& T_colour_depth = {});
 
 // The cloud of depths that are on an ideal grid already: out's width, height and pinhole are set, depth_m has a value a
 // cell (0: none). Without normals where nothing is aligned to it: they are most of the work.

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "hal/lens.hpp"
+
 namespace onemap::mapping {
 
 namespace {
@@ -30,10 +32,23 @@ double depth_at(std::span<const std::uint16_t> depth, int width, int height, dou
   return median >= kMinDepth_m && median <= kMaxDepth_m ? median : 0;
 }
 
+// Of a feature that was seen there, in a depth image that was measured before or after: the surface that is there now
+// is looked up where it was then.
+double depth_then(std::span<const std::uint16_t> depth, const RayTable& rays, const hal::Intrinsics& k,
+                  const Vector3d& point, const Pose& T_colour_depth) {
+  const Vector3d then = T_colour_depth.inverse() * point;
+  if (!(then.z() >= static_cast<double>(kMinDepth_m))) return 0;
+  const hal::Point2 px = hal::pixel_of(k, {then.x() / then.z(), then.y() / then.z()});
+  if (!(px.x >= 0 && px.y >= 0 && px.x <= k.width - 1 && px.y <= k.height - 1)) return 0;
+  const double z = depth_at(depth, k.width, k.height, px.x, px.y, k.depth_scale);
+  const Eigen::Vector2d ray = rays.at(px.x, px.y);
+  return z > 0 ? (T_colour_depth * Vector3d(ray.x() * z, ray.y() * z, z)).z() : 0;
+}
+
 }  // namespace
 
 void attach_geometry(FeatureFrame& frame, std::span<const std::uint16_t> depth, const RayTable& rays,
-                     double depth_scale) {
+                     const hal::Intrinsics& intrinsics, const std::optional<Pose>& T_colour_depth) {
   const std::size_t n = frame.set.size();
   frame.ray.resize(n);
   frame.point.resize(n);
@@ -41,8 +56,10 @@ void attach_geometry(FeatureFrame& frame, std::span<const std::uint16_t> depth, 
   for (std::size_t i = 0; i < n; ++i) {
     const Keypoint& k = frame.set.keypoints[i];
     frame.ray[i] = rays.at(k.x_px, k.y_px);
-    const double z = depth_at(depth, rays.width(), rays.height(), k.x_px, k.y_px, depth_scale);
-    frame.point[i] = {frame.ray[i].x() * z, frame.ray[i].y() * z, z};
+    const auto on_ray = [&](double z) { return Vector3d(frame.ray[i].x() * z, frame.ray[i].y() * z, z); };
+    double z = depth_at(depth, rays.width(), rays.height(), k.x_px, k.y_px, intrinsics.depth_scale);
+    if (z > 0 && T_colour_depth) z = depth_then(depth, rays, intrinsics, on_ray(z), *T_colour_depth);
+    frame.point[i] = on_ray(z);
   }
 }
 

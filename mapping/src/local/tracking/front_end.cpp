@@ -55,16 +55,20 @@ Observed FrontEnd::make_observed() const {
   return out;
 }
 
-void FrontEnd::observe(const hal::FrameView& frame, const StepHook& begin, Observed& out) {
+void FrontEnd::observe(const hal::FrameView& frame, const StepHook& begin, Observed& out,
+                       const std::optional<Pose>& T_colour_depth) {
   out.time = frame.colour_time;
-  detect(frame, begin, out.features);
+  out.depth_time = frame.depth_time;
+  out.T_colour_depth = T_colour_depth;
+  detect(frame, begin, T_colour_depth, out.features);
   out.lens_open = shows_something(gray_);
   begin(Step::cloud);
-  sample_cloud(frame, out.cloud);
+  sample_cloud(frame, T_colour_depth, out.cloud);
 }
 
 // Local features of the grey image, and eq. (5) for each.
-void FrontEnd::detect(const hal::FrameView& frame, const StepHook& begin, FeatureFrame& out) {
+void FrontEnd::detect(const hal::FrameView& frame, const StepHook& begin, const std::optional<Pose>& T_colour_depth,
+                      FeatureFrame& out) {
   begin(Step::gray);
   to_gray(frame.rgb, gray_);
   begin(Step::features);
@@ -73,15 +77,20 @@ void FrontEnd::detect(const hal::FrameView& frame, const StepHook& begin, Featur
     surf_->detect(view, out.set);
   else
     orb_->detect(view, out.set);
-  attach_geometry(out, frame.depth, rays_, intrinsics_.depth_scale);
+  attach_geometry(out, frame.depth, rays_, intrinsics_, T_colour_depth);
 }
 
 // Eq. (5) for every stride-th pixel, and figure 7.
-void FrontEnd::sample_cloud(const hal::FrameView& frame, std::vector<Vector3f>& out) {
+void FrontEnd::sample_cloud(const hal::FrameView& frame, const std::optional<Pose>& T_colour_depth,
+                            std::vector<Vector3f>& out) {
   const PointSampling sampling{config_.cloud_stride_px, config_.cloud_far_m};
   const std::size_t n = to_points(frame.depth, rays_, intrinsics_.depth_scale, sampling, raw_points_);
   out.resize(n);
   out.resize(voxel_grid_.downsample({raw_points_.data(), n}, out));
+  if (!T_colour_depth) return;
+  const Eigen::Matrix3f R = T_colour_depth->R.cast<float>();
+  const Vector3f t = T_colour_depth->t.cast<float>();
+  for (Vector3f& p : out) p = R * p + t;
 }
 
 std::size_t FrontEnd::bytes() const {

@@ -15,10 +15,11 @@ namespace onemap::mapping {
 
 // A frame as the tracker sees it.
 struct Observed {
-  FrameTime time{};        // the colour's
-  bool lens_open = false;  // the image is no cover's: there is light, and some noise at least
-  FeatureFrame features;
-  std::vector<Vector3f> cloud;  // camera frame, metres; downsampled (figure 7)
+  FrameTime time{}, depth_time{};      // the colour's, and when depth was measured
+  bool lens_open = false;              // the image is no cover's: there is light, and some noise at least
+  FeatureFrame features;               // their points are where the camera was when colour was seen
+  std::optional<Pose> T_colour_depth;  // by how it moved between the two, as far as that was known; nothing: it did not
+  std::vector<Vector3f> cloud;         // camera frame, metres; downsampled (figure 7), there, too
 };
 
 struct FrontEndConfig {
@@ -35,13 +36,16 @@ class FrontEnd {
  public:
   FrontEnd(const FrontEndConfig& config, const hal::Intrinsics& intrinsics);
   Observed make_observed() const;  // with the memory that observe() needs
-  void observe(const hal::FrameView& frame, const StepHook& begin, Observed& out);
+  // T_colour_depth: how the camera moved between the two images of the frame.
+  void observe(const hal::FrameView& frame, const StepHook& begin, Observed& out,
+               const std::optional<Pose>& T_colour_depth = {});
   const RayTable& rays() const { return rays_; }
   std::size_t bytes() const;  // memory taken
 
  private:
-  void detect(const hal::FrameView& frame, const StepHook& begin, FeatureFrame& out);
-  void sample_cloud(const hal::FrameView& frame, std::vector<Vector3f>& out);
+  void detect(const hal::FrameView& frame, const StepHook& begin, const std::optional<Pose>& T_colour_depth,
+              FeatureFrame& out);
+  void sample_cloud(const hal::FrameView& frame, const std::optional<Pose>& T_colour_depth, std::vector<Vector3f>& out);
 
   FrontEndConfig config_;
   hal::Intrinsics intrinsics_;

@@ -117,7 +117,8 @@ void KeyframeMap::link_landmarks(MapKeyframe& keyframe) {
 }
 
 std::optional<std::size_t> KeyframeMap::add(const hal::FrameView& frame, const Pose& T_camera_robot,
-                                            FeatureFrame& features, const std::optional<PosePrior>& depth) {
+                                            FeatureFrame& features, const std::optional<PosePrior>& depth,
+                                            const std::optional<Pose>& T_colour_depth) {
   std::size_t slot = 0;
   MapKeyframe& k = take_keyframe(features, slot);
   k.used = true;
@@ -128,7 +129,7 @@ std::optional<std::size_t> KeyframeMap::add(const hal::FrameView& frame, const P
   k.depth = depth;
   k.anchor = {k.index, T_camera_robot};  // until it is hung on another one
   copy_features(features, k.features);
-  cloud_.see(frame.depth, k);
+  cloud_.see(frame.depth, T_colour_depth, k);
   link_landmarks(k);
   const auto sealed = window_size_ == kWindow ? seal_oldest() : std::nullopt;
   window_[window_size_++] = slot;

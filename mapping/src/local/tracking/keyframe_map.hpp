@@ -39,7 +39,9 @@ class KeyframeMap {
   const OrganizedCloud& reference_cloud() const { return cloud_.cloud(); }
   void use_reference(std::size_t slot);
   // While empty: a frame that may become the first keyframe; reference_cloud() is its own until the next call.
-  void look(std::span<const std::uint16_t> depth) { cloud_.look(depth); }
+  void look(std::span<const std::uint16_t> depth, const std::optional<Pose>& T_colour_depth) {
+    cloud_.look(depth, T_colour_depth);
+  }
   // The landmarks that the reference and the keyframes around it see.
   std::span<const std::int32_t> near() const { return near_landmarks_; }
 
@@ -51,7 +53,8 @@ class KeyframeMap {
   // reference has its pose and the features know their landmarks. depth: what holds its pose beside its landmarks. The
   // slot of the keyframe that left the window.
   std::optional<std::size_t> add(const hal::FrameView& frame, const Pose& T_camera_robot, FeatureFrame& features,
-                                 const std::optional<PosePrior>& depth = std::nullopt);
+                                 const std::optional<PosePrior>& depth = std::nullopt,
+                                 const std::optional<Pose>& T_colour_depth = {});
   std::optional<std::size_t> seal_oldest();  // of the window; none when it is empty
   // The oldest of the window if it was made before `then`: what others wait for does not wait for motion.
   std::optional<std::size_t> seal_older(FrameTime then);

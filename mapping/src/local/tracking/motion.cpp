@@ -1,5 +1,7 @@
 #include "motion.hpp"
 
+#include <cmath>
+
 namespace onemap::mapping {
 
 namespace {
@@ -10,13 +12,18 @@ constexpr double kUnrest_m = 0.3, kUnrest_rad = 0.5;  // by which the expected p
 
 }  // namespace
 
+void Motion::start(const Vector6d& velocity) {
+  velocity_ = velocity;
+  moving_ = true;
+}
+
 void Motion::follow(FrameTime time, const Pose& T_camera_robot) {
   const double passed_s = any_ ? to_seconds(time - time_) : 0;
   if (passed_s > 0 && passed_s <= kLongest_s) {
     const Vector6d now = motion_between(T_camera_robot_, T_camera_robot) / passed_s;
     velocity_ += (moving_ ? passed_s / (passed_s + kSmoothing_s) : 1) * (now - velocity_);
     moving_ = true;
-  } else {
+  } else if (any_) {
     velocity_.setZero();
     moving_ = false;
   }
@@ -35,6 +42,12 @@ std::optional<Motion::Expected> Motion::at(FrameTime time) const {
   information << Vector3d::Constant(1 / (rad * rad)), Vector3d::Constant(1 / (m * m));
   out.information = information.asDiagonal();
   return out;
+}
+
+std::optional<Pose> Motion::between(FrameTime from, FrameTime to) const {
+  const double passed_s = any_ ? std::abs(to_seconds(to - time_)) : 0;
+  if (from == to || !moving_ || !(passed_s <= kLongest_s)) return std::nullopt;
+  return small_motion(to_seconds(to - from) * velocity_);
 }
 
 }  // namespace onemap::mapping

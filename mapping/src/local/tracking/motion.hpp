@@ -14,9 +14,13 @@ class Motion {
     Pose T_camera_robot;
     Eigen::Matrix<double, 6, 6> information;  // of a left increment: how much a hand may change its mind since
   };
+  void start(const Vector6d& velocity);  // before the first pose
   void follow(FrameTime time, const Pose& T_camera_robot);
   // None when nothing is known, or what is known is older than 0.3 s.
   std::optional<Expected> at(FrameTime time) const;
+  // How the camera moves from the one instant to the other, both about now: T_to_from. Nothing: they are one, or it is
+  // not known. By the smoothed velocity: what depth says depends on it, and it on what depth says.
+  std::optional<Pose> between(FrameTime from, FrameTime to) const;
 
  private:
   bool any_ = false, moving_ = false;  // a pose, a velocity is known

@@ -11,18 +11,19 @@ ReferenceCloud::ReferenceCloud(const hal::Intrinsics& intrinsics) : intrinsics_(
   const std::vector<std::uint16_t> no_depth(static_cast<std::size_t>(intrinsics.width) *
                                             static_cast<std::size_t>(intrinsics.height));
   MapKeyframe none;
-  see(no_depth, none);
+  see(no_depth, {}, none);
   restore(none);
   is_seen_ = true;
 }
 
-void ReferenceCloud::look(std::span<const std::uint16_t> depth) {
-  organize(depth, intrinsics_, kGridWidth, kGridHeight, seen_);
+void ReferenceCloud::look(std::span<const std::uint16_t> depth, const std::optional<Pose>& T_colour_depth) {
+  organize(depth, intrinsics_, kGridWidth, kGridHeight, seen_, T_colour_depth);
   is_seen_ = true;
 }
 
-void ReferenceCloud::see(std::span<const std::uint16_t> depth, MapKeyframe& keyframe) {
-  look(depth);
+void ReferenceCloud::see(std::span<const std::uint16_t> depth, const std::optional<Pose>& T_colour_depth,
+                         MapKeyframe& keyframe) {
+  look(depth, T_colour_depth);
   store_grid(seen_, keyframe);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "hal/frame.hpp"
@@ -13,9 +14,10 @@ namespace onemap::mapping {
 class ReferenceCloud {
  public:
   explicit ReferenceCloud(const hal::Intrinsics& intrinsics);
-  void look(std::span<const std::uint16_t> depth);  // that nobody keeps
+  // That nobody keeps. T_colour_depth: see FrontEnd.
+  void look(std::span<const std::uint16_t> depth, const std::optional<Pose>& T_colour_depth = {});
   // A new keyframe's depth image; the keyframe keeps its grid.
-  void see(std::span<const std::uint16_t> depth, MapKeyframe& keyframe);
+  void see(std::span<const std::uint16_t> depth, const std::optional<Pose>& T_colour_depth, MapKeyframe& keyframe);
   void restore(const MapKeyframe& keyframe);
   const OrganizedCloud& cloud() const { return is_seen_ ? seen_ : restored_; }
   std::size_t bytes() const;

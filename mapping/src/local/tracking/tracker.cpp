@@ -77,6 +77,22 @@ Placed Tracker::first(const Observed& seen, const KeyframeMap& map) const {
   return {TrackReason::first_frame, {}, 0, with_depth, {}};
 }
 
+void Tracker::see_motion(const Observed& first, const Observed& second, const StepHook& begin) {
+  const double passed_s = to_seconds(second.time - first.time);
+  const TwoViewResult& motion = two_view_.relate(second.features, first.features, begin);
+  if (motion.reason == TwoViewReason::ok && passed_s > 0)
+    motion_.start(motion_between(Pose(), motion.T_b_a.inverse()) / passed_s);
+}
+
+std::optional<Pose> Tracker::T_colour_depth(const Observed& seen, const Pose& T_camera_robot) const {
+  constexpr double kLongest_s = 0.3;
+  const double apart_s = to_seconds(seen.time - seen.depth_time), passed_s = to_seconds(seen.time - previous_time_);
+  if (apart_s == 0 || state_ != TrackState::tracking || !(passed_s > 0 && passed_s <= kLongest_s))
+    return seen.T_colour_depth;
+  const double share = std::clamp(apart_s / passed_s, -1.0, 1.0);
+  return small_motion(share * motion_between(T_previous_robot_, T_camera_robot));
+}
+
 Placed Tracker::by_known_images(Observed& seen, KeyframeMap& map, const StepHook& begin) {
   Placed placed;
   placed.reason = by_previous(seen, map, begin, placed);
