@@ -31,10 +31,10 @@ Node::Impl::Impl(NodeConfig config_, LogStore& store_)
       store(store_),
       fetcher(
           {config.credit_bytes, config.most_credit_bytes, config.reassembly_bytes}, store, notary, counters,
-          [this](const LogId& log) { return judge(log); }, config.only_the_last_counts),
+          [this](const LogId& log) { return judge(log); }, config.keeping),
       team(config.self, config.incarnation, config.max_robots, config.max_neighbours),
       talks(config.self, config.incarnation),
-      last_of_kind(config.only_the_last_counts),
+      replacements(config.keeping),
       trickle(config.beacon_min, config.beacon_max),
       seeking(config.beacon_min, std::min<Duration>(config.beacon_max, kSeekInterval)),
       random(seed_of(config.self, config.incarnation)),
@@ -97,7 +97,8 @@ Refusal Node::Impl::judge(const LogId& log) const {
   return Refusal::count;
 }
 
-Result<RecordId> Node::Impl::append(std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body) {
+Result<RecordId> Node::Impl::append(std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body,
+                                    std::uint32_t replaces) {
   const LogId log{config.self, lane, config.incarnation};
   const RecordId id{log, held(log)};
   const auto refused = [this](std::string why) {
@@ -111,9 +112,12 @@ Result<RecordId> Node::Impl::append(std::uint8_t lane, std::uint16_t kind, std::
                    std::to_string(kMaxRecordBytes));
   if (!config.identity) return refused("this robot has no key to sign it with");
   Record record{id, kind, std::move(body), {}, {}};
+  const bool of_its_own = replacements.keeping(kind) == Keeping::until_the_next;
+  record.seal.replaces = of_its_own ? replacements.before(log, kind) : replaces;
   const Hash hash = notary.seal_next(record, *config.identity);
   if (auto kept = store.append(record); !kept) return refused(kept.error().text());
   notary.took(record, hash);
+  replacements.wrote(id, kind);
   ++counters.records_appended;
   undurable.push_back(id);  // durable before anybody hears of it
   settle_own();
@@ -190,9 +194,14 @@ void Node::on_timer(Instant now) {
 
 Instant Node::next_deadline() const { return impl_->next_deadline(); }
 
-Result<RecordId> Node::append(Instant now, std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body) {
+Result<RecordId> Node::append(Instant now, std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body,
+                              std::uint32_t replaces) {
   impl_->advance(now);
-  return impl_->append(lane, kind, std::move(body));
+  return impl_->append(lane, kind, std::move(body), replaces);
+}
+
+bool Node::let_go(const RecordId& id) {
+  return impl_->replacements.instead_of(id).has_value() && impl_->store.forget(id);
 }
 
 void Node::set_local_status(Instant now, std::uint64_t map_digest, std::uint8_t flags) {
@@ -213,7 +222,7 @@ bool Node::next_applied(std::shared_ptr<const Record>& record) {
   while (const auto id = impl_->applied.pop()) {
     record = impl_->store.find(*id);
     if (record != nullptr) {
-      if (const auto replaced = impl_->last_of_kind.took(*record)) impl_->store.forget(*replaced);
+      if (const auto replaced = impl_->replacements.took(*record)) impl_->store.forget(*replaced);
       return true;
     }
     impl_->refuse(Refusal::unreadable);

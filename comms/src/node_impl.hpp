@@ -12,10 +12,10 @@
 #include "fetch/fetcher.hpp"
 #include "hal/base/splitmix.hpp"
 #include "hash_cache.hpp"
-#include "last_of_kind.hpp"
 #include "notary.hpp"
 #include "pacer.hpp"
 #include "peer/peer.hpp"
+#include "replacements.hpp"
 #include "team_table.hpp"
 #include "trickle.hpp"
 
@@ -29,7 +29,8 @@ struct Node::Impl {
 
   // node.cpp: the record set
   std::uint32_t held(const LogId& log) const;
-  Result<RecordId> append(std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body);
+  Result<RecordId> append(std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body,
+                          std::uint32_t replaces);
   void stored(const RecordId& id, std::uint8_t hops);  // the store has one record more, that others may hear of
   std::uint32_t told(const LogId& log) const;          // so many that they may
   void settle_own();                                   // tells of own records that have become durable
@@ -138,7 +139,7 @@ struct Node::Impl {
   std::map<LogId, std::vector<std::uint8_t>> hops;
   HashCache hashes;
   ApplyQueue applied;
-  LastOfKind last_of_kind;
+  Replacements replacements;
   std::deque<RecordId> undurable;  // own records that nobody may hear of yet
   std::optional<Instant> sync_at;  // for what others wrote
   std::string sync_error;

@@ -256,7 +256,7 @@ bool Node::Impl::build_data(OutgoingDatagram& datagram) {
 // With what took its place; without that, nobody would take it.
 std::optional<std::size_t> Node::Impl::put_head(wire::Encoder& out, ServeQueue& queue, const Record& record) {
   const std::uint8_t lane = record.id.log.lane;
-  const auto later = last_of_kind.instead_of(record.id, record.kind);
+  const auto later = replacements.instead_of(record.id);
   const auto by = later ? store.find(*later) : nullptr;
   if (by == nullptr) return queue.pop_record(lane), refuse(Refusal::unreadable), 0;
   const std::uint8_t way = queue.front(lane).hops;

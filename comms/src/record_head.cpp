@@ -10,7 +10,7 @@ namespace onemap::comms {
 
 namespace {
 constexpr std::array<std::uint8_t, 16> kContext{'o', 'n', 'e', 'm', 'a', 'p', ' ', 'r',
-                                                'e', 'c', 'o', 'r', 'd', ' ', '1', 0};
+                                                'e', 'c', 'o', 'r', 'd', ' ', '2', 0};
 
 template <std::size_t N>
 std::uint8_t* put(std::uint8_t* at, const std::array<std::uint8_t, N>& bytes) {
@@ -25,7 +25,8 @@ Hash digest_of(std::span<const std::uint8_t> bytes) {
 }
 
 RecordHead head_of(const Record& record) {
-  RecordHead head{record.id, record.kind, static_cast<std::uint32_t>(record.body.size()), {}, record.seal.previous};
+  RecordHead head{record.id, record.kind,          static_cast<std::uint32_t>(record.body.size()),
+                  {},        record.seal.previous, record.seal.replaces};
   if (record.dropped)
     head.bytes = record.dropped->bytes, head.body = record.dropped->digest;
   else
@@ -43,7 +44,8 @@ std::array<std::uint8_t, kSignedHeadBytes> signed_bytes(const RecordHead& head) 
   at = put_little_endian(at, head.kind);
   at = put_little_endian(at, head.bytes);
   at = put(at, head.body);
-  put(at, head.previous);
+  at = put(at, head.previous);
+  put_little_endian(at, head.replaces);
   return out;
 }
 

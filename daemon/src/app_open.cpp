@@ -111,6 +111,7 @@ Status App::open_control() {
     control_->pose(pose);
     tell_pose(pose);
   });
+  team_->on_spare([this](mapping::SpareRecords records) { radio_->spare(std::move(records)); });
   team_->on_event([this](const mapping::TeamEvent& event) { control_->event(event); });
   return control_->open(config_, ONEMAP_VERSION);
 }

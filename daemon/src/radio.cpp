@@ -8,9 +8,7 @@
 #include "daemon/addresses.hpp"
 #include "daemon/clock.hpp"
 #include "daemon/identity_file.hpp"
-#include "mapping/records/finished.hpp"
-#include "mapping/records/hello.hpp"
-#include "mapping/records/last_counts.hpp"
+#include "mapping/records/keeping.hpp"
 
 namespace onemap::daemon {
 
@@ -18,15 +16,15 @@ namespace {
 constexpr int kDatagramsAtOnce = 64;
 constexpr auto kLongestSleep = std::chrono::milliseconds(100);
 constexpr auto kLookInterval = std::chrono::milliseconds(50);
-constexpr auto kFinishRetry = std::chrono::seconds(1);
 constexpr auto kStuckAfter = std::chrono::seconds(10);
-constexpr unsigned kMostNewLives = 3;  // neighbours that say more often that we are outlived are wrong
 
 Result<comms::NodeConfig> node_config(const Config& config) {
   comms::NodeConfig node;
   node.self = RobotId::from_name(config.id);
-  node.only_the_last_counts = [](std::uint16_t kind) {
-    return mapping::only_the_last_counts(static_cast<mapping::RecordKind>(kind));
+  node.keeping = [](std::uint16_t kind) {
+    const auto k = static_cast<mapping::RecordKind>(kind);
+    if (mapping::only_the_last_counts(k)) return comms::Keeping::until_the_next;
+    return mapping::may_be_replaced(k) ? comms::Keeping::until_it_may_go : comms::Keeping::always;
   };
   node.bytes_per_second = config.bytes_per_second;
   node.link_budget_bytes_per_second = config.link_bytes_per_second;
@@ -204,6 +202,12 @@ void Radio::say(std::uint64_t map_digest, bool finished) {
   port_->wake();
 }
 
+void Radio::spare(mapping::SpareRecords records) {
+  const std::lock_guard lock(mutex_);
+  spare_.needless.insert(spare_.needless.end(), records.needless.begin(), records.needless.end());
+  spare_.unread.insert(spare_.unread.end(), records.unread.begin(), records.unread.end());
+}
+
 void Radio::leave_out(std::set<RobotId> gone) {
   const std::lock_guard lock(mutex_);
   gone_ = std::move(gone);
@@ -279,108 +283,6 @@ void Radio::receive(const comms::IncomingDatagram& datagram) {
   ++not_loopback_;
   log_.limited("not loopback", "refused: a datagram from {}, another machine; this robot has no team key ({} so far)",
                comms::to_string(datagram.from), not_loopback_);
-}
-
-void Radio::append_published(Instant now) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (finish_) frames_to_finish_ = std::exchange(finish_, std::nullopt);
-    node_->set_local_status(now, map_digest_, flags_);
-    said_digest_ = map_digest_;
-  }
-  // What was published before the work was finished is in the queue by now.
-  while (auto record = outbox_.try_pop()) append(now, std::move(*record));
-  if (!frames_to_finish_ || now < finish_again_) return;
-  finish_again_ = now + kFinishRetry;
-  if (append_finished(now, *frames_to_finish_)) frames_to_finish_.reset();
-}
-
-void Radio::append(Instant now, OutgoingRecord record) {
-  if (record.ends_life_of) return end_life(now, std::move(record));
-  const auto lane = static_cast<std::uint8_t>(record.lane);
-  const auto kind = static_cast<std::uint16_t>(record.kind);
-  const auto stored = node_->append(now, lane, kind, std::move(record.body));
-  if (stored) return published_.count(record);
-  ++published_.refused;
-  log_.limited("own record", "a record of this robot is left out of the map: {}; raise network.store_budget_mb",
-               stored.error().text());
-}
-
-// What Finished promises is what the log holds.
-bool Radio::append_finished(Instant now, std::uint32_t frames) {
-  const mapping::FinishedRecord finished{std::max(frames, published_.poses), published_.poses, published_.keyframes,
-                                         published_.submaps};
-  const auto stored = node_->append(now, static_cast<std::uint8_t>(mapping::Lane::control),
-                                    static_cast<std::uint16_t>(mapping::RecordKind::finished), encode(finished));
-  if (!stored) log_.limited("finished", "cannot tell the team that this robot has finished: {}", stored.error().text());
-  return stored.ok();
-}
-
-// A node for the life that life_ tells by now; what the store holds everybody here has heard of.
-void Radio::rise_again() {
-  if (store_.kept != nullptr) store_.kept->flush();  // the new node takes all that is here for told
-  hand_out_applied();
-  sent_before_ += counters().bytes_sent;
-  received_before_ += counters().bytes_received;
-  node_config_.incarnation = life_.number();
-  begin_node();
-  logged_refusals_ = {};  // a new node counts anew
-  std::shared_ptr<const Record> known;
-  while (node_->next_applied(known)) {
-  }
-}
-
-// The camera is somewhere else: what comes now hangs on nothing that came before. This life is over and keeps its
-// worth.
-void Radio::end_life(Instant now, OutgoingRecord hello) {
-  append_finished(now, *hello.ends_life_of);
-  hello.ends_life_of.reset();
-  const std::uint64_t before = life_.number();
-  if (auto kept = life_.begin_after(before); !kept)
-    log_.warn("the number of this life cannot be kept: {}; make OUT writable", kept.error().text());
-  rise_again();
-  published_ = {0, 0, 0, published_.refused};
-  listener_.new_life(life_.number(), false);
-  append(now, std::move(hello));
-  const std::lock_guard lock(mutex_);
-  node_->set_local_status(now, map_digest_, flags_);
-}
-
-namespace {
-// A record in the life after `before`: its Hello says that it repeats that one, so that nothing counts twice.
-std::vector<std::uint8_t> again(const Record& record, std::uint64_t before) {
-  if (record.kind != static_cast<std::uint16_t>(mapping::RecordKind::hello)) return record.body;
-  auto hello = mapping::decode_hello(record.body);
-  if (!hello) return record.body;
-  hello->repeats = before;
-  return encode(*hello);
-}
-}  // namespace
-
-// Neighbours remember a life of this robot with a greater number than this one (its counter was lost and the clock went
-// back): it goes on under a greater one, and writes its own records again.
-void Radio::begin_new_life(Instant now) {
-  const std::uint64_t outlived = *node_->outlived();
-  if (new_lives_ == kMostNewLives) {
-    log_.limited("outlived", "a neighbour says that it knows a later life of this robot ({}); not believed a {}th time",
-                 outlived, kMostNewLives + 1);
-    return;
-  }
-  ++new_lives_;
-  const std::uint64_t before = life_.number();
-  if (auto kept = life_.begin_after(outlived); !kept)
-    log_.warn("the number of this life cannot be kept: {}; make OUT writable", kept.error().text());
-  log_.line("neighbours know a later life of {} ({} after {}): going on as life {}", config_.id, outlived, before,
-            life_.number());
-  rise_again();
-  listener_.new_life(life_.number(), true);
-  for (std::uint8_t lane = 0; lane < kLaneCount; ++lane)
-    for (std::uint32_t seq = 0; auto record = store_.log->find({{node_config_.self, lane, before}, seq}); ++seq)
-      if (!node_->append(now, lane, record->kind, again(*record, before)))
-        log_.limited("own record",
-                     "the store has no room for this robot's records in its new life; raise network.store_budget_mb");
-  const std::lock_guard lock(mutex_);
-  node_->set_local_status(now, map_digest_, flags_);
 }
 
 // The protocol asks again for whatever was lost; people want to know that there is no network.

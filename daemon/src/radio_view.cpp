@@ -81,6 +81,8 @@ void Radio::update_view(Instant now) {
   for (const auto& [robot, sign] : view.last_sign)
     if (!incomplete.contains(robot)) view.records_complete.insert(robot);
   view.left_out = published_.refused;
+  view.needless_named = named_;
+  view.let_go = let_go_;
   view.store_full = node_->store_full();
   view.robots_heard = view.last_sign.size();
   view.neighbours_heard = alive_.size();

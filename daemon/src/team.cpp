@@ -107,6 +107,8 @@ void Team::hand_out() {
     links_.add(event);
   }
   for (mapping::TeamRecord& record : map_.take_records()) publish_({record.lane, record.kind, std::move(record.body)});
+  mapping::SpareRecords spare = map_.take_spare();
+  if (given_ && !(spare.needless.empty() && spare.unread.empty())) given_(std::move(spare));
 }
 
 void Team::answer() {

@@ -23,18 +23,19 @@ std::string hex(std::span<const std::uint8_t> bytes) {
 TEST(Signature, GoldenHead) {
   Record record{{{RobotId::from_name("robot1"), 3, 0x0102030405060708u}, 5}, 0x0204, {1, 2, 3}, {}, {}};
   record.seal.previous.fill(0xC0);
+  record.seal.replaces = 0x01020304;
   std::string previous;
   for (int k = 0; k < 32; ++k) previous += "c0";
   const std::string body = hex(digest_of(record.body));
   EXPECT_EQ(hex(signed_bytes(head_of(record))),
-            "6f6e656d6170207265636f7264203100"  // "onemap record 1"
+            "6f6e656d6170207265636f7264203200"  // "onemap record 2"
             "726f626f743100000000000000000000"  // robot1
             "03"
             "0807060504030201"
             "05000000"  // lane, incarnation, sequence
             "0402"
             "03000000" +
-                body + previous);
+                body + previous + "04030201");
   // BLAKE2b-256 of nothing, as published.
   EXPECT_EQ(hex(digest_of({})), "0e5751c026e543b2e8ab2eb06099daa1d1e5df47778f7787faab45cdf12fe3a8");
 }
@@ -48,7 +49,7 @@ TEST(Signature, HoldsForTheRecordAndNothingElse) {
   EXPECT_TRUE(signed_by(key, head_of(second), second.seal.signature));
   EXPECT_TRUE(signed_by(key, head_of(without_body(second)), second.seal.signature)) << "the body may go";
   EXPECT_FALSE(signed_by(sim::identity_of(kOther).public_key(), head_of(second), second.seal.signature));
-  for (int change = 0; change < 7; ++change) {
+  for (int change = 0; change < 8; ++change) {
     Record other = second;
     if (change == 0) other.id.seq ^= 1;
     if (change == 1) other.id.log.lane ^= 1;
@@ -57,6 +58,7 @@ TEST(Signature, HoldsForTheRecordAndNothingElse) {
     if (change == 4) other.body[0] ^= 1;
     if (change == 5) other.seal.previous[3] ^= 1;
     if (change == 6) other.id.log.robot = kOther;
+    if (change == 7) other.seal.replaces = 0;
     EXPECT_FALSE(signed_by(key, head_of(other), second.seal.signature)) << change;
   }
 }
@@ -199,14 +201,15 @@ TEST(Signature, AnAuthorThatForksItsLogIsFoundOut) {
 
 NodeConfig replaces(std::uint16_t kind) {
   NodeConfig config;
-  config.only_the_last_counts = [kind](std::uint16_t of) { return of == kind; };
+  config.keeping = [kind](std::uint16_t of) { return of == kind ? Keeping::until_the_next : Keeping::always; };
   return config;
 }
 
 TEST(Signature, AHeadIsAsGoodAsItsRecordForTheChain) {
   Heard heard("friend", replaces(3));
   SignedLogs logs;
-  const Record first = logs.next(kPoses, 3, std::vector<std::uint8_t>(5000, 1)), second = logs.next(kPoses, 3, {2});
+  const Record first = logs.next(kPoses, 3, std::vector<std::uint8_t>(5000, 1)),
+               second = logs.next(kPoses, 3, {2}, first.id.seq);
   heard.offer(kPoses, 2);
   Record forged = first;
   forged.seal.signature[5] ^= 1;
@@ -226,14 +229,17 @@ TEST(Signature, AHeadIsAsGoodAsItsRecordForTheChain) {
 }
 
 // A member of the team keeps the body of a record back that counts, and gives its head: with a later one that has not
-// its author's signature, or of a kind of which each one counts. It is found out, named, and others are asked.
+// its author's signature, or of a kind of which each one counts, or that does not take its place. It is found out,
+// named, and others are asked.
 TEST(Signature, AHeadOfWhatCountsIsRefusedAndWhoServedItIsNamed) {
-  for (const bool every_one_counts : {false, true}) {
-    Heard heard("relay", every_one_counts ? replaces(4) : replaces(3));
+  enum class Lie { forged, every_one_counts, names_another };
+  for (const Lie lie : {Lie::forged, Lie::every_one_counts, Lie::names_another}) {
+    Heard heard("relay", lie == Lie::every_one_counts ? replaces(4) : replaces(3));
     SignedLogs logs;
-    const Record first = logs.next(kPoses, 3, {7, 8}), true_one = logs.next(kPoses, 3, {9});
+    const Record first = logs.next(kPoses, 3, {7, 8});
+    const Record true_one = logs.next(kPoses, 3, {9}, lie == Lie::names_another ? kNoSequence : first.id.seq);
     Record later = true_one;
-    if (!every_one_counts) later.body = {1}, later.seal.signature[0] ^= 1;
+    if (lie == Lie::forged) later.body = {1}, later.seal.signature[0] ^= 1;
     heard.offer(kPoses, 2);
     heard.serve_head(first, later);
     EXPECT_EQ(heard.held(kPoses), 0u) << "a map without it would be another one";
@@ -284,6 +290,30 @@ TEST(Signature, DroppedBodiesTravelAsHeads) {
     EXPECT_EQ(here->body, there->body);
     EXPECT_EQ(here->dropped.has_value(), seq < 39);
   }
+}
+
+// Of other kinds a body goes once its author has named it and nobody here needs it any more, and not before.
+TEST(Signature, ABodyIsLetGoOnlyWhenItsAuthorSaysSo) {
+  sim::SimNet net(6, {.loss = 0.1});
+  NodeConfig config;
+  config.keeping = [](std::uint16_t) { return Keeping::until_it_may_go; };
+  net.add_team(2, sim::line(2), config);
+  const LogId log{net[0].config.self, 3, 1};
+  const std::vector<std::uint8_t> body(20'000, 7);
+  for (int k = 0; k < 6; ++k) net.append(0, 3, 20'000);
+  ASSERT_TRUE(net.node(0).append(net.now(), 3, 1, body, 2).ok());
+  ASSERT_TRUE(net.run_until([&] { return net.equal(); }, 60s));
+  for (std::uint32_t seq = 0; seq < 7; ++seq) EXPECT_EQ(net.node(1).let_go({log, seq}), seq == 2) << seq;
+  EXPECT_FALSE(net.node(1).let_go({log, 2})) << "it is gone";
+  // Who comes later gets a head of it and the bodies of the others, and the chain holds.
+  NodeConfig late = config;
+  late.peers = {sim::SimNet::address(1)};
+  const std::size_t joiner = net.add(late);
+  net.connect(1, joiner);
+  ASSERT_TRUE(net.run_until([&] { return net.equal(); }, 60s));
+  for (std::uint32_t seq = 0; seq < 7; ++seq)
+    EXPECT_EQ(net[joiner].store->find({log, seq})->dropped.has_value(), seq == 2) << seq;
+  EXPECT_TRUE(net.node(0).store_full().empty());
 }
 
 }  // namespace

@@ -116,19 +116,19 @@ TEST(Wire, GoldenData) {
   data.id = {kLog, 5};
   data.kind = 0x0204;
   data.hops = 3;
-  data.total_bytes = 98;
+  data.total_bytes = 102;
   data.body_hash = 0x0807060504030201u;
   data.bytes = body;
   Decoder decoder;
   const Bytes encoded = written([&](Encoder& out) { ASSERT_TRUE(out.data(data)); });
   const Frame frame = golden(
-      encoded, "06 9000 " + kLogHex + "05000000 0402 03 62000000 0102030405060708 0000 dead" + repeated("11", 96),
+      encoded, "06 9400 " + kLogHex + "05000000 0402 03 66000000 0102030405060708 0000 dead" + repeated("11", 100),
       decoder);
   const Data& back = std::get<Data>(frame);
   EXPECT_EQ(back.id, data.id);
   EXPECT_EQ(back.kind, data.kind);
   EXPECT_EQ(back.hops, 3);
-  EXPECT_EQ(back.total_bytes, 98u);
+  EXPECT_EQ(back.total_bytes, 102u);
   EXPECT_EQ(back.body_hash, data.body_hash);
   EXPECT_EQ(Bytes(back.bytes.begin(), back.bytes.end()), body);
 }
@@ -162,20 +162,20 @@ TEST(Wire, GoldenMass) {
 
 TEST(Wire, GoldenHead) {
   Head head;
-  head.record = {{kLog, 5}, 0x0204, 0x00012345, {}, {}};
+  head.record = {{kLog, 5}, 0x0204, 0x00012345, {}, {}, 0x01020304};
   head.record.body.fill(0xB0);
   head.record.previous.fill(0xC0);
   head.signature.fill(0xD0);
   head.hops = 3;
-  head.by.head = {{kLog, 9}, 0x0204, 0x00000102, {}, {}};
+  head.by.head = {{kLog, 9}, 0x0204, 0x00000102, {}, {}, 5};
   head.by.head.body.fill(0xE0);
   head.by.head.previous.fill(0xE1);
   head.by.signature.fill(0xE2);
   Decoder decoder;
   const Frame frame = golden(written([&](Encoder& out) { ASSERT_TRUE(out.head(head)); }),
-                             "0b 2c01 " + kLogHex + "05000000 0402 03 45230100 " + repeated("b0", 32) +
-                                 repeated("c0", 32) + repeated("d0", 64) + "09000000 02010000" + repeated("e0", 32) +
-                                 repeated("e1", 32) + repeated("e2", 64),
+                             "0b 3001 " + kLogHex + "05000000 0402 03 45230100 " + repeated("b0", 32) +
+                                 repeated("c0", 32) + "04030201" + repeated("d0", 64) + "09000000 02010000" +
+                                 repeated("e0", 32) + repeated("e1", 32) + repeated("e2", 64),
                              decoder);
   EXPECT_EQ(type_of(frame), FrameType::head);
   const Head& back = std::get<Head>(frame);

@@ -21,33 +21,27 @@ std::uint64_t checksum(std::span<const std::uint8_t> head, std::span<const std::
 // Behind the head: the seal, what is left of a body that was dropped, the body.
 std::vector<std::uint8_t> rest_of(const Record& record) {
   std::vector<std::uint8_t> rest;
-  const auto add = [&](std::span<const std::uint8_t> bytes) { rest.insert(rest.end(), bytes.begin(), bytes.end()); };
-  add(record.seal.previous);
-  add(record.seal.signature);
-  rest.push_back(record.dropped ? 1 : 0);
+  ByteWriter out(rest);
+  out.bytes(record.seal.previous);
+  out.put(record.seal.replaces);
+  out.bytes(record.seal.signature);
+  out.put(static_cast<std::uint8_t>(record.dropped ? 1 : 0));
   if (record.dropped) {
-    std::array<std::uint8_t, 4> bytes;
-    put_little_endian(bytes.data(), record.dropped->bytes);
-    add(bytes);
-    add(record.dropped->digest);
+    out.put(record.dropped->bytes);
+    out.bytes(record.dropped->digest);
   }
-  add(record.body);
+  out.bytes(record.body);
   return rest;
 }
 
-template <std::size_t kBytes>
-void take(ByteReader& in, std::array<std::uint8_t, kBytes>& out) {
-  const auto bytes = in.bytes(kBytes);
-  std::copy(bytes.begin(), bytes.end(), out.begin());
-}
-
 void read_rest(ByteReader in, Record& record) {
-  take(in, record.seal.previous);
-  take(in, record.seal.signature);
+  get_bytes(in, record.seal.previous);
+  record.seal.replaces = in.get<std::uint32_t>();
+  get_bytes(in, record.seal.signature);
   if (in.get<std::uint8_t>() == 1) {
     record.dropped.emplace();
     record.dropped->bytes = in.get<std::uint32_t>();
-    take(in, record.dropped->digest);
+    get_bytes(in, record.dropped->digest);
   }
   const auto body = in.bytes(in.remaining());
   record.body.assign(body.begin(), body.end());
@@ -71,7 +65,7 @@ std::optional<Record> read_record(ByteReader& in) {
   const auto head = in.bytes(kHeadBytes - 8);
   ByteReader fields(head);
   Record record;
-  take(fields, record.id.log.robot.bytes);
+  get_bytes(fields, record.id.log.robot.bytes);
   record.id.log.lane = fields.get<std::uint8_t>();
   record.id.log.incarnation = fields.get<std::uint64_t>();
   record.id.seq = fields.get<std::uint32_t>();

@@ -20,9 +20,11 @@ inline Identity identity_of(const RobotId& robot) {
 // record of the same kind and body.
 class SignedLogs {
  public:
-  Record record(const RecordId& id, std::uint16_t kind, std::vector<std::uint8_t> body) {
+  Record record(const RecordId& id, std::uint16_t kind, std::vector<std::uint8_t> body,
+                std::uint32_t replaces = kNoSequence) {
     std::vector<Hash>& chain = chains_[id.log];
     Record out{id, kind, std::move(body), {}, {}};
+    out.seal.replaces = replaces;
     while (chain.size() <= id.seq) {
       out.id.seq = static_cast<std::uint32_t>(chain.size());
       chain.push_back(seal(out, chain.empty() ? Hash{} : chain.back(), identity_of(id.log.robot)));
@@ -31,8 +33,9 @@ class SignedLogs {
     seal(out, id.seq == 0 ? Hash{} : chain[id.seq - 1], identity_of(id.log.robot));
     return out;
   }
-  Record next(const LogId& log, std::uint16_t kind, std::vector<std::uint8_t> body) {
-    return record({log, static_cast<std::uint32_t>(chains_[log].size())}, kind, std::move(body));
+  Record next(const LogId& log, std::uint16_t kind, std::vector<std::uint8_t> body,
+              std::uint32_t replaces = kNoSequence) {
+    return record({log, static_cast<std::uint32_t>(chains_[log].size())}, kind, std::move(body), replaces);
   }
 
  private:

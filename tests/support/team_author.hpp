@@ -2,6 +2,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hal/base/record.hpp"
@@ -32,12 +33,18 @@ class Author {
   mapping::RecordPtr write(mapping::Lane lane, std::uint16_t kind, std::vector<std::uint8_t> body) {
     const auto number = static_cast<std::uint8_t>(lane);
     Record record{{{id_, number, incarnation_}, next_[number]++}, kind, std::move(body)};
+    record.seal.replaces = std::exchange(replaces_, kNoSequence);
     written_.push_back(std::make_shared<const Record>(std::move(record)));
     return written_.back();
   }
   template <class Body>
   mapping::RecordPtr write(mapping::Lane lane, mapping::RecordKind kind, const Body& body) {
     return write(lane, static_cast<std::uint16_t>(kind), encode(body));
+  }
+
+  Author& replacing(std::uint32_t sequence) {  // the next record that is written replaces that one of its log
+    replaces_ = sequence;
+    return *this;
   }
 
   // Small records for where their content does not matter.
@@ -84,10 +91,17 @@ class Author {
  private:
   RobotId id_;
   std::uint64_t incarnation_;
-  std::uint32_t keyframes_ = 0, submaps_ = 0, poses_ = 0;
+  std::uint32_t keyframes_ = 0, submaps_ = 0, poses_ = 0, replaces_ = kNoSequence;
   std::map<std::uint8_t, std::uint32_t> next_;
   std::vector<mapping::RecordPtr> written_;
 };
+
+// What is left of it once its body was dropped.
+inline mapping::RecordPtr without_body(const mapping::RecordPtr& record) {
+  Record out{
+      record->id, record->kind, {}, record->seal, DroppedBody{static_cast<std::uint32_t>(record->body.size()), {}}};
+  return std::make_shared<const Record>(std::move(out));
+}
 
 // A robot that did a little of everything, and looked for its own loops; without its Finished.
 inline Author small_robot(const std::string& name, std::uint64_t incarnation = 1) {

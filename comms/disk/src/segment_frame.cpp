@@ -12,14 +12,9 @@
 namespace onemap::comms::segment {
 
 namespace {
-constexpr std::uint32_t kMagic = 0x31474C4F;  // "OLG1"
+constexpr std::uint32_t kMagic = 0x32474C4F;  // "OLG2"
 constexpr std::string_view kName = "segment-";
 
-template <std::size_t N>
-void get_bytes(ByteReader& in, std::array<std::uint8_t, N>& out) {
-  const auto bytes = in.bytes(N);
-  std::copy(bytes.begin(), bytes.end(), out.begin());
-}
 std::uint64_t sum_of(std::span<const std::uint8_t> content, std::uint32_t segment) {
   return XXH3_64bits_withSeed(content.data(), content.size(), segment);
 }
@@ -41,6 +36,7 @@ void write_frame(const Record& record, std::uint32_t segment, std::vector<std::u
   bytes.put(head.bytes);
   bytes.bytes(head.body);
   bytes.bytes(record.seal.previous);
+  bytes.put(record.seal.replaces);
   bytes.bytes(record.seal.signature);
   bytes.bytes(record.body);
   put_little_endian(out.data() + 8, sum_of(std::span(out).subspan(kPrefixBytes), segment));
@@ -64,6 +60,7 @@ std::optional<Head> read_head(std::span<const std::uint8_t> bytes) {
   head.bytes = in.get<std::uint32_t>();
   get_bytes(in, head.digest);
   get_bytes(in, head.seal.previous);
+  head.seal.replaces = in.get<std::uint32_t>();
   get_bytes(in, head.seal.signature);
   const bool good = flags <= 1 && head.bytes <= kMaxRecordBytes && length == kHeadBytes + head.body_here() &&
                     head.id.log.lane < kLaneCount && head.id.log.robot.valid();

@@ -11,7 +11,7 @@
 // follows with the segment's number as the seed, head, body, zeros up to a multiple of 16.
 namespace onemap::comms::segment {
 
-inline constexpr std::size_t kPrefixBytes = 16, kHeadBytes = 164, kFixedBytes = kPrefixBytes + kHeadBytes;
+inline constexpr std::size_t kPrefixBytes = 16, kHeadBytes = 168, kFixedBytes = kPrefixBytes + kHeadBytes;
 inline constexpr std::size_t kAlign = 16;
 inline constexpr std::size_t kMaxFrameBytes = (kFixedBytes + kMaxRecordBytes + kAlign - 1) / kAlign * kAlign;
 

@@ -17,6 +17,7 @@
 #include "comms/endpoint.hpp"
 #include "comms/frontier.hpp"
 #include "comms/identity.hpp"
+#include "comms/keeping.hpp"
 #include "comms/log_store.hpp"
 #include "comms/status.hpp"
 #include "comms/traffic.hpp"
@@ -53,9 +54,7 @@ struct NodeConfig {
   std::size_t max_robots = 1024;                         // that count: see team()
   bool sealed = false;                                   // a Guard stands between this node and the network
   std::size_t max_logs = 4096, max_logs_of_robot = 256;  // a life of a robot has up to kLaneCount logs
-  // Of these kinds a record takes the place of the one before it in its log, whose body is then dropped. Every robot
-  // must say the same of every kind. Empty: there are no such kinds, and no body is ever dropped.
-  std::function<bool(std::uint16_t kind)> only_the_last_counts{};
+  KeepingOf keeping{};                                   // of which kinds bodies may be dropped; empty: of none
 };
 
 struct NeighbourStatus {
@@ -143,7 +142,12 @@ class Node {
 
   // Writes the next record of the own log of this lane. The error says why it cannot: the body is larger than
   // kMaxRecordBytes, or the lane is unknown, or the store has no room (in its words); counted.
-  Result<RecordId> append(Instant now, std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body);
+  // replaces: a record of this log and kind that is needless from now on (Keeping::until_it_may_go).
+  Result<RecordId> append(Instant now, std::uint8_t lane, std::uint16_t kind, std::vector<std::uint8_t> body,
+                          std::uint32_t replaces = kNoSequence);
+  // Nobody here reads this record again: its body goes, if its author has said that it is needless (a record of its own
+  // kind did; who asks has seen that). False: it stays.
+  bool let_go(const RecordId& id);
   // What beacons say about this robot; sent at once when it changed (at most ten times a second).
   void set_local_status(Instant now, std::uint64_t map_digest, std::uint8_t flags);
 

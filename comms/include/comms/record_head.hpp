@@ -20,13 +20,14 @@ struct RecordHead {
   std::uint32_t bytes = 0;  // of the body
   Hash body{};              // its digest
   Hash previous{};
+  std::uint32_t replaces = kNoSequence;  // an earlier record of the log and kind
 };
 struct SignedHead {
   RecordHead head;
   Signature signature{};
 };
-inline constexpr std::size_t kSignedHeadBytes = 115;  // as it is signed (comms/PROTOCOL.md)
-inline constexpr std::size_t kSealBytes = 96;         // previous 32, signature 64: what travels with a body
+inline constexpr std::size_t kSignedHeadBytes = 119;  // as it is signed (comms/PROTOCOL.md)
+inline constexpr std::size_t kSealBytes = 100;        // previous 32, replaces 4, signature 64: what travels with a body
 
 Hash digest_of(std::span<const std::uint8_t> bytes);
 RecordHead head_of(const Record& record);  // digests the body, if it is there

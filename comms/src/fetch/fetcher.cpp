@@ -17,13 +17,13 @@ constexpr Duration kServerQueue = milliseconds(60);
 constexpr auto kWantDelay = milliseconds(2);  // bulk asks wait so long for company
 }  // namespace
 
-Fetcher::Fetcher(Limits limits, LogStore& store, Notary& notary, Counters& counters, Judge judge, Replaced replaced)
+Fetcher::Fetcher(Limits limits, LogStore& store, Notary& notary, Counters& counters, Judge judge, KeepingOf keeping)
     : limits_(limits),
       store_(store),
       notary_(notary),
       counters_(counters),
       judge_(std::move(judge)),
-      replaced_(std::move(replaced)) {
+      keeping_(std::move(keeping)) {
   // Room for the largest record, or it would never arrive.
   limits_.reassembly_bytes =
       std::max(limits_.reassembly_bytes, wire::kMaxPayloadBytes + 2 * kMaxGuess * kFragmentBytes);

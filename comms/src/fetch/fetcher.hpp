@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "comms/counters.hpp"
+#include "comms/keeping.hpp"
 #include "comms/log_store.hpp"
 #include "comms/wire/frames.hpp"
 #include "fetch/assembly.hpp"
@@ -30,8 +31,7 @@ class Fetcher {
   // Says at any time whether records of a log may come in (Refusal::count), or why not.
   using Judge = std::function<Refusal(const LogId&)>;
   // Of which kinds a later record takes an earlier one's place: nothing else may come without its body.
-  using Replaced = std::function<bool(std::uint16_t kind)>;
-  Fetcher(Limits limits, LogStore& store, Notary& notary, Counters& counters, Judge judge, Replaced replaced);
+  Fetcher(Limits limits, LogStore& store, Notary& notary, Counters& counters, Judge judge, KeepingOf keeping);
 
   void offered(const LogId& log);  // a live neighbour holds more of this log than we do
   void on_data(Instant now, Peer& from, const wire::Data& data);
@@ -113,7 +113,7 @@ class Fetcher {
   Notary& notary_;
   Counters& counters_;
   Judge judge_;
-  Replaced replaced_;
+  KeepingOf keeping_;
   Fetches fetches_;
   std::array<std::set<RecordId>, kLaneCount> needs_;                // with missing fragments
   std::array<std::map<LogId, std::uint32_t>, kLaneCount> lacking_;  // log -> next record to open

@@ -160,7 +160,7 @@ void Fetcher::on_head(Instant now, Peer& from, const wire::Head& head) {
   Record record;
   record.id = at->first;
   record.kind = head.record.kind;
-  record.seal = {head.record.previous, head.signature};
+  record.seal = {head.record.previous, head.record.replaces, head.signature};
   record.dropped = DroppedBody{head.record.bytes, head.record.body};
   fetch.by = head.by;
   completed(now, from, static_cast<std::uint8_t>(std::min(head.hops + 1, 255)), fetch, std::move(record));
@@ -197,7 +197,7 @@ bool Fetcher::is_authors_next(Instant now, const RecordId& id, Fetch& fetch) {
 }
 
 bool Fetcher::is_replaced(const Record& record, const Fetch& fetch) const {
-  return fetch.by && replaced_ && replaced_(record.kind) && notary_.vouches(record, *fetch.by);
+  return fetch.by && keeping_ && keeping_(record.kind) != Keeping::always && notary_.vouches(record, *fetch.by);
 }
 
 // Never true.

@@ -7,11 +7,6 @@
 namespace onemap::comms::wire {
 
 namespace {
-template <std::size_t N>
-void get_bytes(ByteReader& in, std::array<std::uint8_t, N>& out) {
-  const auto bytes = in.bytes(N);
-  std::copy(bytes.begin(), bytes.end(), out.begin());
-}
 RobotId get_robot(ByteReader& in) {
   RobotId robot;
   get_bytes(in, robot.bytes);
@@ -238,6 +233,7 @@ bool Decoder::decode_head(std::span<const std::uint8_t> body) {
   record.bytes = in.get<std::uint32_t>();
   get_bytes(in, record.body);
   get_bytes(in, record.previous);
+  record.replaces = in.get<std::uint32_t>();
   get_bytes(in, head.signature);
   RecordHead& by = head.by.head;
   by.id = {record.id.log, in.get<std::uint32_t>()};
@@ -245,6 +241,7 @@ bool Decoder::decode_head(std::span<const std::uint8_t> body) {
   by.bytes = in.get<std::uint32_t>();
   get_bytes(in, by.body);
   get_bytes(in, by.previous);
+  by.replaces = record.id.seq;
   get_bytes(in, head.by.signature);
   frames_.emplace_back(head);
   return in.done() && valid(record.id.log) && std::max(record.bytes, by.bytes) <= kMaxRecordBytes &&

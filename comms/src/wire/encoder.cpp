@@ -103,6 +103,7 @@ bool Encoder::head(const Head& head) {
   put(record.bytes);
   put(record.body);
   put(record.previous);
+  put(record.replaces);
   put(head.signature);
   const RecordHead& by = head.by.head;
   put(by.id.seq);

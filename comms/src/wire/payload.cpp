@@ -5,14 +5,18 @@
 #include <algorithm>
 #include <cassert>
 #include <memory>
+#include <span>
+
+#include "hal/base/bytes.hpp"
 
 namespace onemap::comms::wire {
 
 namespace {
 std::array<std::uint8_t, kSealBytes> bytes_of(const Seal& seal) {
   std::array<std::uint8_t, kSealBytes> out{};
-  std::copy(seal.signature.begin(), seal.signature.end(),
-            std::copy(seal.previous.begin(), seal.previous.end(), out.begin()));
+  std::uint8_t* at = std::copy(seal.previous.begin(), seal.previous.end(), out.data());
+  at = put_little_endian(at, seal.replaces);
+  std::copy(seal.signature.begin(), seal.signature.end(), at);
   return out;
 }
 }  // namespace
@@ -39,10 +43,10 @@ std::span<const std::uint8_t> fragment_of(const Record& record, std::uint32_t fr
 
 void take_apart(std::vector<std::uint8_t> payload, Record& record) {
   assert(payload.size() >= kSealBytes);
-  const auto seal = payload.end() - static_cast<std::ptrdiff_t>(kSealBytes);
-  const auto signature = seal + static_cast<std::ptrdiff_t>(record.seal.previous.size());
-  std::copy(seal, signature, record.seal.previous.begin());
-  std::copy(signature, payload.end(), record.seal.signature.begin());
+  ByteReader seal(std::span<const std::uint8_t>(payload).last(kSealBytes));
+  get_bytes(seal, record.seal.previous);
+  record.seal.replaces = seal.get<std::uint32_t>();
+  get_bytes(seal, record.seal.signature);
   payload.resize(payload.size() - kSealBytes);
   record.body = std::move(payload);
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <atomic>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -23,6 +24,7 @@
 #include "daemon/team_seal.hpp"
 #include "daemon/worker.hpp"
 #include "hal/base/bounded_queue.hpp"
+#include "mapping/team/spare_records.hpp"
 
 namespace onemap::daemon {
 
@@ -47,6 +49,7 @@ struct RadioView {
   std::map<RobotId, Instant> last_sign;          // of life, of every robot that counts
   std::map<RobotId, std::uint64_t> map_digests;  // that the others say, who count; 0: none yet
   std::set<RobotId> records_complete;            // robots of whom every record that is known of is here
+  std::uint64_t needless_named = 0, let_go = 0;  // own records that later ones replace; bodies that were given up
   std::uint64_t left_out = 0;                    // own records that the store refused: the map is without them
   std::string store_full;                        // why records cannot be held, in words; empty: they can
   bool delivered = true;                         // neighbours hold this robot's control and pose records
@@ -80,6 +83,7 @@ class Radio {
   bool settle(Duration most);
   void bring_brightness(double mean) { brightness_ = mean; }  // of the camera's images, for the team's talks
   void say(std::uint64_t map_digest, bool finished);          // any thread: what neighbours and beacons hear
+  void spare(mapping::SpareRecords records);                  // any thread: own ones are named, unread ones let go
   void leave_out(std::set<RobotId> gone);                     // any thread: agreement does not wait for these
   RadioView view() const;
   const Heartbeat& heartbeat() const { return heartbeat_; }
@@ -110,6 +114,9 @@ class Radio {
   void receive(const comms::IncomingDatagram& datagram);
   void append_published(Instant now);
   void append(Instant now, OutgoingRecord record);
+  Result<RecordId> append_body(Instant now, OutgoingRecord& record);
+  void name_needless(Instant now, std::size_t leave);
+  void take_spare();
   bool append_finished(Instant now, std::uint32_t frames);
   void begin_new_life(Instant now);
   void end_life(Instant now, OutgoingRecord hello);
@@ -147,7 +154,11 @@ class Radio {
   std::uint64_t map_digest_ = 0;
   std::uint8_t flags_ = 0;
   std::set<RobotId> gone_;
+  mapping::SpareRecords spare_;
   RadioView view_;
+
+  std::deque<RecordId> needless_;         // own voxel records, to be named
+  std::uint64_t named_ = 0, let_go_ = 0;  // of these; bodies that were given up
 
   std::uint64_t said_digest_ = 0;           // as the node has it
   std::map<RobotId, bool> alive_;           // as last logged

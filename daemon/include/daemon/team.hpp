@@ -32,6 +32,8 @@ class Team {
 
   // Told of everything that happens in the team, on the team's thread: must be quick. Before start().
   void on_event(std::function<void(const mapping::TeamEvent&)> told) { told_ = std::move(told); }
+  // Given the voxel records that make room, on the team's thread: must be quick. Before start().
+  void on_spare(std::function<void(mapping::SpareRecords)> given) { given_ = std::move(given); }
   void start();
   // Whatever is being done; the map that was being built gets so long.
   static constexpr Duration kForTheMap = std::chrono::milliseconds(1500);
@@ -73,6 +75,7 @@ class Team {
   Log& log_;
   const Publish publish_;
   std::function<void(const mapping::TeamEvent&)> told_;
+  std::function<void(mapping::SpareRecords)> given_;
   mapping::TeamMap map_;
   mutable std::mutex mutex_;  // of inbox_, view_ and links_
   std::condition_variable wake_;

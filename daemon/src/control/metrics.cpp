@@ -97,6 +97,10 @@ void add_map(const RobotFacts& f, PrometheusText& out) {
           f.status.map_agreed ? 1 : 0);
   out.one("onemap_place_keyframes_left_out", Type::gauge, "Own keyframes that the thinned place index does not hold.",
           count(f.team.places_left_out));
+  out.one("onemap_submaps_needless_total", Type::counter, "Own voxel records that later ones made needless.",
+          count(f.team.needless));
+  out.one("onemap_bodies_let_go_total", Type::counter, "Bodies of replaced voxel records that were given up.",
+          count(f.radio.let_go));
   out.one("onemap_maps_fused_total", Type::counter, "Global maps that were fused.", count(f.links.maps_fused));
   out.one("onemap_merge_seconds", Type::gauge, "From the end of the last robot's work to the map.",
           to_seconds(f.team.merge));

@@ -22,7 +22,7 @@ std::vector<ChainExtent> everything_here(const TeamLog& log, const SolutionRecor
   for (const SolvedRobot& solved : solution.robots)
     if (const TeamMember* member = log.find(solved.chain); member != nullptr)
       out.push_back({solved.chain, static_cast<std::uint32_t>(member->keyframes.size()),
-                     static_cast<std::uint32_t>(member->submaps.size())});
+                     static_cast<std::uint32_t>(member->submaps.most_whole())});
   return out;
 }
 
@@ -30,7 +30,7 @@ bool holds(const TeamLog& log, const std::vector<ChainExtent>& extents) {
   return std::ranges::all_of(extents, [&](const ChainExtent& extent) {
     const TeamMember* member = log.find(extent.chain);
     return member != nullptr && member->keyframes.size() >= extent.keyframes &&
-           member->submaps.size() >= extent.submaps;
+           member->submaps.size() >= extent.submaps && member->submaps.is_whole(extent.submaps);
   });
 }
 
@@ -65,6 +65,7 @@ MapFusion::Versions MapFusion::wanted(const TeamLog& log) {
     if (member == nullptr || extent == target_->extents.end() || extent->chain != solved.chain) continue;
     const auto anchors = placed_anchors(*member, solved, extent->keyframes);
     for (std::size_t i = 0; i < std::min<std::size_t>(extent->submaps, member->submaps.size()); ++i) {
+      if (!member->submaps.counts(i, extent->submaps)) continue;
       const SubmapPlace& submap = member->submaps[i];
       ++submaps_;
       const auto at = std::ranges::lower_bound(anchors, submap.anchor, {}, &PlacedAnchor::keyframe);

@@ -70,6 +70,11 @@ Result<bool> TeamLog::apply(const RecordPtr& record, Instant now) {
   return true;
 }
 
+std::vector<RecordId> TeamLog::let_go(const ChainId& chain, std::size_t submaps) {
+  const auto at = members_.find(chain);
+  return at == members_.end() ? std::vector<RecordId>() : at->second.submaps.let_go(submaps);
+}
+
 const TeamMember* TeamLog::find(const ChainId& chain) const {
   const auto at = members_.find(chain);
   return at == members_.end() ? nullptr : &at->second;

@@ -74,7 +74,8 @@ bool TeamMap::step(Instant now, const Stop& stop) {
   const Agreement team(log_, presence_, now);
   note_end(team, now);
   note_links();
-  return find_loops(team, now, stop) || verify(team, now, stop) || decide(team, now) || fuse(team, now, stop);
+  return find_loops(team, now, stop) || verify(team, now, stop) || decide(team, now) || fuse(team, now, stop) ||
+         look_for_needless(now);
 }
 
 // While robots map, solving gets a tenth of the time at most, and fusing a third.
@@ -82,6 +83,7 @@ void TeamMap::took(Duration cost) {
   if (worked_ == Work::verified) verifier_.took(cost);
   if (worked_ == Work::solved) next_solve_ += 10 * cost;
   if (worked_ == Work::fused) next_aim_ += 3 * cost;
+  if (worked_ == Work::thinned) next_needless_ += 20 * cost;
 }
 
 bool TeamMap::find_loops(const Agreement& team, Instant now, const Stop& stop) {
@@ -185,6 +187,23 @@ bool TeamMap::fuse(const Agreement& team, Instant now, const Stop& stop) {
   return true;
 }
 
+// Own records that later ones have made needless, now and then: a pass over all of them.
+bool TeamMap::look_for_needless(Instant now) {
+  constexpr Duration kLook = std::chrono::seconds(10);
+  if (now < next_needless_ || !fusion_.done()) return false;
+  next_needless_ = now + kLook;
+  const TeamMember* own = log_.own();
+  const SolvedRobot* solved = find_solved(*fusion_.solution(), log_.own_chain());
+  if (own == nullptr || solved == nullptr || own->finished) return false;
+  worked_ = Work::thinned;
+  const RecordId voxels{{self_, static_cast<std::uint8_t>(Lane::voxels), own->incarnation}, 0};
+  for (const std::uint32_t sequence : needless_.look(*own, *solved)) {
+    spare_.needless.push_back({voxels.log, sequence});
+    ++view_.needless;
+  }
+  return false;
+}
+
 void TeamMap::finish_fusion(const Stop& stop) {
   while (fusion_.underway() && fusion_.step(stop))
     if (fusion_.done()) fused();
@@ -201,6 +220,10 @@ void TeamMap::fused() {
   std::set<RobotId> robots;
   for (const SolvedRobot& solved : fusion_.solution()->robots) robots.insert(solved.chain.robot);
   view_.robots_in_map = robots.size();
+  for (const ChainExtent& extent : fusion_.target()->extents) {
+    const std::vector<RecordId> unread = log_.let_go(extent.chain, extent.submaps);
+    spare_.unread.insert(spare_.unread.end(), unread.begin(), unread.end());
+  }
   view_.keyframes_in_map.clear();
   for (const ChainExtent& extent : fusion_.target()->extents)
     if (log_.present(extent.chain.robot) == extent.chain) view_.keyframes_in_map[extent.chain.robot] = extent.keyframes;

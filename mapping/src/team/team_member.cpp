@@ -2,10 +2,9 @@
 
 #include "hal/base/text.hpp"
 #include "mapping/records/hello.hpp"
+#include "mapping/records/keeping.hpp"
 #include "mapping/records/keyframe.hpp"
 #include "mapping/records/kind.hpp"
-#include "mapping/records/last_counts.hpp"
-#include "mapping/records/submap.hpp"
 
 namespace onemap::mapping {
 
@@ -46,13 +45,6 @@ Status keep_poses(const RecordPtr& record, TeamMember& member) {
   return success();
 }
 
-Status keep_submap(const RecordPtr& record, TeamMember& member) {
-  auto header = decode_submap_header(record->body);
-  if (!header) return ++member.submaps_refused, header.error();
-  member.submaps.push_back({record, header->anchor_keyframe, header->blocks});
-  return success();
-}
-
 Status keep_link(const Record& record, TeamMember& member) {
   auto link = decode_link(record.body);
   if (!link) return link.error();
@@ -86,7 +78,7 @@ Status keep_solution(const Record& record, TeamMember& member) {
 }  // namespace
 
 Status TeamMember::apply(const RecordPtr& record) {
-  if (record->dropped) {
+  if (record->dropped && static_cast<RecordKind>(record->kind) != RecordKind::submap) {
     if (only_the_last_counts(static_cast<RecordKind>(record->kind))) return success();  // a later one took its place
     return Error{"kind " + std::to_string(record->kind), "its body was dropped, and nothing takes its place"};
   }
@@ -98,7 +90,7 @@ Status TeamMember::apply(const RecordPtr& record) {
     case RecordKind::trajectory:
       return keep_poses(record, *this);
     case RecordKind::submap:
-      return keep_submap(record, *this);
+      return submaps.add(record);
     case RecordKind::link:
       return keep_link(*record, *this);
     case RecordKind::solution:

@@ -110,7 +110,7 @@ inline constexpr std::size_t kDataFixedBytes = 46;
 inline constexpr std::size_t kFeedbackBytes = 16;
 inline constexpr std::size_t kLaterLifeBytes = 24;
 inline constexpr std::size_t kMassFixedBytes = 19, kMassAmountsBytes = 16 * kScalars;
-inline constexpr std::size_t kHeadFrameBytes = 300;
+inline constexpr std::size_t kHeadFrameBytes = 304;
 
 constexpr std::uint32_t fragments_of(std::uint32_t total_bytes) {
   return std::max<std::uint32_t>(1, (total_bytes + kFragmentBytes - 1) / kFragmentBytes);

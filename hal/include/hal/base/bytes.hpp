@@ -1,4 +1,6 @@
 #pragma once
+#include <algorithm>
+#include <array>
 #include <concepts>
 #include <cstdint>
 #include <cstring>
@@ -72,5 +74,12 @@ class ByteReader {
   std::size_t at_ = 0;
   bool ok_ = true;
 };
+
+// Zeros where they are not there.
+template <std::size_t N>
+void get_bytes(ByteReader& in, std::array<std::uint8_t, N>& out) {
+  const auto bytes = in.bytes(N);
+  std::fill(std::copy(bytes.begin(), bytes.end(), out.begin()), out.end(), std::uint8_t{0});
+}
 
 }  // namespace onemap

@@ -33,9 +33,15 @@ struct RecordId {
   auto operator<=>(const RecordId&) const = default;
 };
 
-// What makes a record its author's (comms/record_head.hpp): its place behind its predecessor, and a signature.
+// No record: of a log's sequences the one that is never reached.
+inline constexpr std::uint32_t kNoSequence = 0xFFFFFFFFu;
+
+// What makes a record its author's (comms/record_head.hpp): its place behind its predecessor, which earlier one it
+// makes needless, and a signature.
 struct Seal {
   std::array<std::uint8_t, 32> previous{};  // hash of the head before it; of a log's first record: the author's key
+  // An earlier record of this log, of the same kind, that nobody needs once this one and what is between them is here.
+  std::uint32_t replaces = kNoSequence;
   std::array<std::uint8_t, 64> signature{};
   bool operator==(const Seal&) const = default;
 };

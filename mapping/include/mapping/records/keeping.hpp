@@ -9,4 +9,8 @@ constexpr bool only_the_last_counts(RecordKind kind) {
   return kind == RecordKind::solution || kind == RecordKind::frontier;
 }
 
+// Of these kinds a later record may say that it replaces an earlier one, whose body is dropped when no map is made of
+// it any more (mapping/team/submap_log.hpp).
+constexpr bool may_be_replaced(RecordKind kind) { return kind == RecordKind::submap; }
+
 }  // namespace onemap::mapping

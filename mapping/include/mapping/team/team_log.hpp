@@ -27,6 +27,9 @@ class TeamLog {
   // nothing. The error says why the record is refused.
   Result<bool> apply(const RecordPtr& record, Instant now);
 
+  // Maps of fewer than so many of this chain's voxel records are not made any more: see SubmapLog.
+  std::vector<RecordId> let_go(const ChainId& chain, std::size_t submaps);
+
   const RobotId& self() const { return self_.robot; }
   const ChainId& own_chain() const { return self_; }
   const TeamMember* own() const { return find(self_); }  // nullptr: no record of it yet

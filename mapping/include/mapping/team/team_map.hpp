@@ -12,9 +12,11 @@
 #include "mapping/team/loop_finder.hpp"
 #include "mapping/team/map_fusion.hpp"
 #include "mapping/team/map_up.hpp"
+#include "mapping/team/needless_submaps.hpp"
 #include "mapping/team/own_places.hpp"
 #include "mapping/team/pair_verifier.hpp"
 #include "mapping/team/presence.hpp"
+#include "mapping/team/spare_records.hpp"
 #include "mapping/team/team_event.hpp"
 #include "mapping/team/team_log.hpp"
 #include "mapping/team/team_solver.hpp"
@@ -46,6 +48,7 @@ struct TeamView {
   std::uint64_t places_left_out = 0;                  // own keyframes that are not in the place index, thinned as it is
   std::uint64_t submaps_left_out = 0;                 // of the last global map: more than may be decoded
   std::uint64_t blocks_unplaced = 0;                  // of the last global map: hung on an anchor nobody knows
+  std::uint64_t needless = 0;                         // own voxel records that were found needless, in all
   std::uint64_t records_refused = 0, submaps_refused = 0;  // malformed or not its author's to write; and of these
   Duration merge{};                                        // from the end of the last robot's work to the global map
   std::vector<std::uint64_t> digests;                      // of the last global maps, at most 32, the newest last
@@ -97,6 +100,7 @@ class TeamMap {
   Result<std::size_t> merge(const RobotId& a, const RobotId& b) { return rule(a, b, false); }
 
   std::vector<TeamRecord> take_records() { return std::exchange(records_, {}); }  // to be written by this robot
+  SpareRecords take_spare() { return std::exchange(spare_, {}); }
   std::vector<TeamEvent> take_events() { return std::exchange(events_, {}); }
 
   const TeamView& view() const { return view_; }
@@ -111,7 +115,7 @@ class TeamMap {
   const std::map<std::uint16_t, RefusedRecords>& refused() const { return refused_; }  // by kind
 
  private:
-  enum class Work { none, verified, solved, fused };
+  enum class Work { none, verified, solved, fused, thinned };
   void refuse(const RecordId& id, std::uint16_t kind, const std::string& reason);
   void tell(const Record& record, bool first_hello);
   bool find_loops(const Agreement& team, Instant now, const Stop& stop);
@@ -128,6 +132,7 @@ class TeamMap {
   void take_aim(const Agreement& team, Instant now);
   bool fuse(const Agreement& team, Instant now, const Stop& stop);
   void fused();
+  bool look_for_needless(Instant now);
   void tell_fused(bool final);
   void note_end(const Agreement& team, Instant now);
   void note_links();
@@ -148,10 +153,12 @@ class TeamMap {
   bool say_again_ = false;   // this life has not said it yet: what an earlier one said counts no longer
   FrontierRecord frontier_;  // the last one published
   MapFusion fusion_;
-  std::set<RecordId> malformed_;                             // submaps that were to be fused
-  Instant next_solve_{}, next_frontier_{}, next_aim_{};      // not before, while robots map
-  std::uint64_t solved_revision_ = 0;                        // of the log
-  bool final_ = false;                                       // what is fused is from all that will come
+  NeedlessSubmaps needless_;
+  SpareRecords spare_;
+  std::set<RecordId> malformed_;                                           // submaps that were to be fused
+  Instant next_solve_{}, next_frontier_{}, next_aim_{}, next_needless_{};  // not before, while robots map
+  std::uint64_t solved_revision_ = 0;                                      // of the log
+  bool final_ = false;                                                     // what is fused is from all that will come
   std::optional<std::pair<std::uint64_t, Instant>> told_{};  // the solution of the last map that was told, and when
   Instant now_{};                                            // of this step
   Work worked_ = Work::none;                                 // the last step

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "hal/base/record.hpp"
 #include "hal/base/time.hpp"
 #include "mapping/records/chain_id.hpp"
 #include "mapping/records/finished.hpp"
@@ -14,23 +13,16 @@
 #include "mapping/records/ruling.hpp"
 #include "mapping/records/solution.hpp"
 #include "mapping/records/trajectory.hpp"
+#include "mapping/team/record_ptr.hpp"
+#include "mapping/team/submap_log.hpp"
 
 namespace onemap::mapping {
-
-using RecordPtr = std::shared_ptr<const Record>;
 
 // Where a keyframe is, and the keyframe whose submap its surface is in.
 struct KeyframePlace {
   std::uint32_t index = 0, anchor = 0;  // the robot's own count
   QuantizedPose T_robot_keyframe;
   FrameTime time{};
-};
-
-// A record of voxels, and what its header says.
-struct SubmapPlace {
-  RecordPtr record;
-  std::uint32_t anchor = 0;  // the keyframe in whose frame they lie
-  std::size_t blocks = 0;
 };
 
 // One robot of the team by its records of one life. What is large stays encoded, in the bodies that the store holds
@@ -42,17 +34,17 @@ struct TeamMember {
   std::string name, camera;       // no name: no valid Hello yet, so this life does not count; camera is printable
   std::uint64_t repeats = 0;      // the earlier life whose records these are again; 0: none
   std::optional<FinishedRecord> finished;
-  std::vector<RecordPtr> keyframes;                        // those that decode, in order of their log
-  std::vector<SubmapPlace> submaps;                        // those whose header is valid, in order of their log
-  std::vector<RecordPtr> trajectories;                     // those that decode, in order of their log
-  std::size_t poses = 0;                                   // in them
-  std::size_t keyframes_refused = 0, submaps_refused = 0;  // they count for completeness, and nothing else
-  bool poses_refused = false;                              // some are missing for good
-  std::vector<KeyframePlace> places;                       // of these keyframes
-  std::optional<SolutionRecord> solution;                  // the last one that it published
-  std::uint64_t solution_digest = 0;                       // its digest()
-  std::optional<FrontierRecord> frontier;                  // the last one that it published
-  std::map<ChainId, LinkRecord> links;  // the last one that it published of each pair, by the other chain
+  std::vector<RecordPtr> keyframes;        // those that decode, in order of their log
+  SubmapLog submaps;                       // all of them
+  std::vector<RecordPtr> trajectories;     // those that decode, in order of their log
+  std::size_t poses = 0;                   // in them
+  std::size_t keyframes_refused = 0;       // they count for completeness, and nothing else
+  bool poses_refused = false;              // some are missing for good
+  std::vector<KeyframePlace> places;       // of these keyframes
+  std::optional<SolutionRecord> solution;  // the last one that it published
+  std::uint64_t solution_digest = 0;       // its digest()
+  std::optional<FrontierRecord> frontier;  // the last one that it published
+  std::map<ChainId, LinkRecord> links;     // the last one that it published of each pair, by the other chain
   std::map<std::pair<ChainId, ChainId>, RulingRecord> rulings;  // the last one that it published of each pair
   Instant heard{};                                              // when its last record came
 
@@ -62,8 +54,7 @@ struct TeamMember {
   bool counts() const { return !name.empty(); }
   bool keyframes_complete() const { return finished && keyframes.size() + keyframes_refused >= finished->keyframes; }
   bool complete() const {
-    return keyframes_complete() && submaps.size() + submaps_refused >= finished->submaps &&
-           (poses_refused || poses >= finished->tracked);
+    return keyframes_complete() && submaps.size() >= finished->submaps && (poses_refused || poses >= finished->tracked);
   }
   std::vector<StampedPose> trajectory() const;  // decoded, in the robot's own frame
 };
