@@ -1,6 +1,7 @@
 #include "nearest.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #if defined(__x86_64__)
 #include <immintrin.h>
@@ -51,44 +52,54 @@ void keep_plain(const Covered& row, std::size_t columns, std::uint16_t* image) {
 #if defined(__x86_64__)
 namespace {
 
-constexpr std::size_t kAtOnce = 8;
-
-// Whether the eight readings from i lie beside each other in the image and all cover the same, 1 or 2 pixels each way.
-[[gnu::target("avx2")]] inline bool beside_each_other(const Covered& row, std::size_t i) {
+// Whether four readings from i lie beside each other in the image and all cover the same, 1 or 2 pixels each way.
+[[gnu::target("avx2")]] inline bool four_beside_each_other(const Covered& row, std::size_t i) {
   const std::uint16_t size = row.size[i];
   if (row.first[i] < 0 || (size & 0xFF) > 2 || size > 0x02FF) return false;
-  const __m256i first = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(&row.first[i]));
-  const __m256i expected = _mm256_add_epi32(_mm256_set1_epi32(row.first[i]), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
-  const __m128i sizes = _mm_loadu_si128(reinterpret_cast<const __m128i*>(&row.size[i]));
-  const __m128i same_size = _mm_cmpeq_epi16(sizes, _mm_set1_epi16(static_cast<std::int16_t>(size)));
-  return _mm256_movemask_epi8(_mm256_cmpeq_epi32(first, expected)) == -1 && _mm_movemask_epi8(same_size) == 0xFFFF;
+  const __m128i first = _mm_loadu_si128(reinterpret_cast<const __m128i*>(&row.first[i]));
+  const __m128i expected = _mm_add_epi32(_mm_set1_epi32(row.first[i]), _mm_setr_epi32(0, 1, 2, 3));
+  std::uint64_t sizes = 0;
+  std::memcpy(&sizes, &row.size[i], sizeof sizes);
+  return sizes == size * 0x0001'0001'0001'0001u && _mm_movemask_epi8(_mm_cmpeq_epi32(first, expected)) == 0xFFFF;
 }
 
-[[gnu::target("avx2")]] inline void keep_eight(const Covered& row, std::size_t i, std::size_t columns,
-                                               std::uint16_t* image) {
+// Of `count` that are so, 4 or 8, the depths in the low lanes; what is in further lanes is not stored.
+[[gnu::target("avx2")]] inline void keep_together(const Covered& row, std::size_t i, std::size_t count, __m128i depths,
+                                                  std::size_t columns, std::uint16_t* image) {
   const bool two_wide = (row.size[i] & 0xFF) == 2;
   const std::size_t high = row.size[i] >> 8u;
-  __m128i depths = _mm_loadu_si128(reinterpret_cast<const __m128i*>(&row.less_1[i]));
   if (two_wide) depths = _mm_min_epu16(depths, _mm_alignr_epi8(depths, _mm_set1_epi16(-1), 14));
   std::uint16_t* pixel = image + row.first[i];
   for (std::size_t v = 0; v < high; ++v, pixel += columns) {
-    auto* eight = reinterpret_cast<__m128i*>(pixel);
-    _mm_storeu_si128(eight, _mm_min_epu16(_mm_loadu_si128(eight), depths));
-    if (two_wide) keep(pixel[kAtOnce], row.less_1[i + kAtOnce - 1]);
+    auto* at = reinterpret_cast<__m128i*>(pixel);
+    if (count == 8)
+      _mm_storeu_si128(at, _mm_min_epu16(_mm_loadu_si128(at), depths));
+    else
+      _mm_storel_epi64(at, _mm_min_epu16(_mm_loadl_epi64(at), depths));
+    if (two_wide) keep(pixel[count], row.less_1[i + count - 1]);
   }
 }
 
 }  // namespace
 
 [[gnu::target("avx2")]] void keep_simd(const Covered& row, std::size_t columns, std::uint16_t* image) {
+  const std::size_t n = row.first.size();
   std::size_t i = 0;
-  for (; i + kAtOnce <= row.first.size(); i += kAtOnce) {
-    if (beside_each_other(row, i))
-      keep_eight(row, i, columns, image);
-    else
-      keep_some(row, i, i + kAtOnce, columns, image);
+  while (i + 4 <= n) {
+    const auto* depths = reinterpret_cast<const __m128i*>(&row.less_1[i]);
+    if (!four_beside_each_other(row, i)) {
+      keep_some(row, i, i + 4, columns, image);
+      i += 4;
+    } else if (i + 8 <= n && four_beside_each_other(row, i + 4) && row.first[i + 4] == row.first[i] + 4 &&
+               row.size[i + 4] == row.size[i]) {
+      keep_together(row, i, 8, _mm_loadu_si128(depths), columns, image);
+      i += 8;
+    } else {
+      keep_together(row, i, 4, _mm_loadl_epi64(depths), columns, image);
+      i += 4;
+    }
   }
-  keep_some(row, i, row.first.size(), columns, image);
+  keep_some(row, i, n, columns, image);
 }
 
 #else

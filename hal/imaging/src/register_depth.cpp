@@ -18,6 +18,7 @@ using footprints::Covered;
 using footprints::Rig;
 
 constexpr float kNearest_m = 0.01f;
+constexpr float kMostTogether = 1.1f;  // colour pixels of a depth pixel: neighbours of finer images lie apart
 
 float as_float(double value) { return static_cast<float>(value); }
 
@@ -51,6 +52,7 @@ struct DepthRegistration::Parts {
   std::vector<float> ray_x, ray_y, ray_z;  // a pixel's ray, turned into the colour camera's frame
   Covered covered;
   const bool simd = simd_available();
+  const bool together = simd && rig.finer_u < kMostTogether;
 };
 
 DepthRegistration::DepthRegistration(const Intrinsics& depth, const Intrinsics& colour, const ColourFromDepth& pose,
@@ -82,7 +84,7 @@ DepthRegistration::Counts DepthRegistration::apply(std::span<const std::uint16_t
     (p.simd ? footprints::find_simd : footprints::find_plain)(p.rig, row, p.covered);
     counts.readings += p.covered.readings;
     counts.outside += p.covered.readings - p.covered.seen;
-    (p.simd ? nearest::keep_simd : nearest::keep_plain)(p.covered, columns, registered.data());
+    (p.together ? nearest::keep_simd : nearest::keep_plain)(p.covered, columns, registered.data());
   }
   for (std::uint16_t& pixel : registered) ++pixel;  // nothing becomes 0
   return counts;
