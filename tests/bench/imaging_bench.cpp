@@ -129,6 +129,23 @@ void registered_by_librealsense(benchmark::State& state) {
   count(state);
 }
 
+// A whole frame of the V4L2 backend: YUYV, and depth with the nominal lenses of a RealSense D435.
+void v4l2_frame(benchmark::State& state) {
+  Picture in = picture(640, 480);
+  in.k.fx = in.k.fy = 383;
+  Intrinsics colour = in.k;
+  colour.fx = colour.fy = 615;
+  const imaging::ColourFromDepth pose{.translation_m = {0.0148, 0, 0}};
+  imaging::DepthRegistration registration(in.k, colour, pose);
+  std::vector<std::uint16_t> depth(in.depth.size());
+  std::vector<std::uint8_t> rgb(in.rgb.size());
+  for ([[maybe_unused]] auto _ : state) {
+    if (!imaging::yuyv_to_rgb({in.yuyv, {in.k.width, in.k.height}}, rgb)) state.SkipWithError("not decoded");
+    benchmark::DoNotOptimize(registration.apply(in.depth, depth));
+  }
+  count(state);
+}
+
 #ifdef ONEMAP_HAVE_OPENCV
 void yuyv_by_opencv(benchmark::State& state) {
   Picture in = picture(width_of(state), height_of(state));
@@ -157,6 +174,7 @@ BENCHMARK(mjpeg_by_opencv)->Args({640, 480});
 
 BENCHMARK(yuyv)->Args({640, 480})->Args({1280, 720});
 BENCHMARK(mjpeg)->Args({640, 480});
+BENCHMARK(v4l2_frame);
 BENCHMARK(registered)->Args({640, 480, 640, 480})->Args({848, 480, 1280, 720});
 BENCHMARK(registered_with_lens)->Args({640, 480, 640, 480});
 BENCHMARK(registered_by_librealsense)->Args({640, 480, 640, 480})->Args({848, 480, 1280, 720});
