@@ -3,11 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 
 #include "hal/backends/v4l2.hpp"
 #include "hal/camera_contract.hpp"
+#include "hal/imaging/encode_image.hpp"
 #include "hal/v4l2/mock_machine.hpp"
 
 namespace onemap::hal {
@@ -161,6 +163,32 @@ TEST_F(V4l2, PaddedRowsAndOtherFormatsAndSizes) {
     ASSERT_EQ(camera->grab(frame, 10s), Grab::frame);
     EXPECT_NEAR(to_seconds(frame.colour_time - first), 1.0 / 15, 0.001);
     EXPECT_THAT(camera->description(), testing::AllOf(HasSubstr("UYVY 320x240"), HasSubstr("15 frames a second")));
+  }
+}
+
+// Each image is a JPEG with what the buffer held before behind it, as UVC cameras leave it.
+TEST_F(V4l2, MjpegBecomesColour) {
+  MockNodeConfig colour = colour_node({V4L2_PIX_FMT_MJPEG});
+  colour.content = [](const test::MockMode& mode, std::uint32_t sequence, std::uint8_t* out, std::uint32_t) {
+    const imaging::ImageSize size{static_cast<int>(mode.width), static_cast<int>(mode.height)};
+    std::vector<std::uint8_t> rgb(3 * size.pixels()), file;
+    for (std::size_t i = 0; i < rgb.size(); i += 3)
+      rgb[i] = 200, rgb[i + 1] = 100, rgb[i + 2] = static_cast<std::uint8_t>(sequence);
+    ASSERT_TRUE(imaging::encode_jpeg(size, rgb, 95, file));
+    std::ranges::copy(file, out);
+  };
+  machine_.add(1, 0, depth_node(), colour);
+  const auto camera = open(address());
+  ASSERT_TRUE(camera);
+  EXPECT_THAT(camera->description(), HasSubstr("MJPG 640x480"));
+  FramePool pool(camera->intrinsics(), 1);
+  Frame frame = pool.acquire();
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_EQ(camera->grab(frame, 10s), Grab::frame) << camera->last_error().text();
+    for (const std::size_t pixel : {0u, 640u * 240u + 320u, 640u * 480u - 1u}) {
+      EXPECT_NEAR(frame.rgb()[3 * pixel], 200, 4);
+      EXPECT_NEAR(frame.rgb()[3 * pixel + 1], 100, 4);
+    }
   }
 }
 
