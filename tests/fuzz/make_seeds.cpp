@@ -10,6 +10,7 @@
 #include "comms/wire.hpp"
 #include "comms/wire/payload.hpp"
 #include "daemon/saved_map.hpp"
+#include "hal/imaging/encode_image.hpp"
 #include "mapping/records/finished.hpp"
 #include "mapping/records/frontier.hpp"
 #include "mapping/records/hello.hpp"
@@ -164,6 +165,32 @@ void daemon_seeds() {
   write("saved_map", "nothing", daemon::save_map("", {}, small_map()));
   write("saved_map", "up", daemon::save_map("up", {}, map, mapping::UpDirection{{0, 600'000, 800'000}}));
 }
+
+void image_seeds() {
+  using namespace hal::imaging;
+  constexpr std::uint8_t kWidth = 40, kHeight = 6;  // two steps of sixteen pixels, and some more
+  Bytes pixels(3u * kWidth * kHeight);
+  for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<std::uint8_t>(i * 7);
+  const auto seed = [](std::uint8_t which, std::uint8_t stride, const Bytes& bytes) {
+    Bytes out{which, kWidth, kHeight, stride};
+    out.insert(out.end(), bytes.begin(), bytes.end());
+    return out;
+  };
+  const auto some = [&](std::size_t size) {
+    return Bytes(pixels.begin(), pixels.begin() + static_cast<std::ptrdiff_t>(size));
+  };
+  write("image", "yuyv", seed(0, 0, some(2u * kWidth * kHeight)));
+  write("image", "uyvy_padded", seed(1, 84, some(84u * kHeight)));
+  write("image", "grey", seed(2, 0, some(kWidth * kHeight)));
+  write("image", "bayer", seed(3, 0, some(kWidth * kHeight)));
+  write("image", "z16", seed(4, 0, some(2u * kWidth * kHeight)));
+  write("image", "disparity11", seed(5, 0, some(kWidth * kHeight / 8 * 11)));
+  Bytes file;
+  const std::vector<std::uint16_t> depth(kWidth * kHeight, 1234);
+  if (encode_colour({kWidth, kHeight}, pixels, file)) write("image", "png", seed(6, 0, file));
+  if (encode_jpeg({kWidth, kHeight}, pixels, 80, file)) write("image", "jpeg", seed(6, 0, file));
+  if (encode_depth({kWidth, kHeight}, depth, file)) write("image", "depth_png", seed(7, 0, file));
+}
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -175,4 +202,5 @@ int main(int argc, char** argv) {
   wire_seeds();
   record_seeds();
   daemon_seeds();
+  image_seeds();
 }

@@ -17,6 +17,7 @@ void record(Bytes input);     // first byte: which kind; the rest is its body
 void config(Bytes input);     // the text of a configuration file
 void control(Bytes input);    // what a client sends to the control socket
 void saved_map(Bytes input);  // a map's file
+void image(Bytes input);      // first bytes: which decoder, width, height, bytes a row; the rest is the image
 
 struct Target {
   std::string_view name;

@@ -6,8 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "footprints.hpp"
+#include "hal/base/twin.hpp"
 #include "hal/imaging/image_size.hpp"
 #include "hal/lens.hpp"
+#include "nearest.hpp"
 #include "support/random.hpp"
 
 namespace onemap::hal::imaging {
@@ -114,6 +117,158 @@ TEST(RegisterDepth, AgreesWithMovingPointByPoint) {
       ASSERT_NEAR(value, 1000 * q[2], 16) << u << ", " << v;  // a neighbour's, at most
     }
   EXPECT_GT(inside, 2000);
+}
+
+// What the fast one computes, reading by reading and pixel by pixel, in the same single precision.
+Depth slowly(const Intrinsics& depth, const Intrinsics& colour, const ColourFromDepth& pose, const Depth& in,
+             DepthRegistration::Counts& counts) {
+  const auto f = [](double value) { return static_cast<float>(value); };
+  const auto& r = pose.rotation;
+  Depth out(size_of(colour).pixels(), 0);
+  for (std::size_t i = 0; i < in.size(); ++i) {
+    if (in[i] == 0) continue;
+    ++counts.readings;
+    const auto columns = static_cast<std::size_t>(depth.width);
+    const Point2 ray = ray_of(depth, {double(i % columns), double(i / columns)});
+    const float z_m = float(in[i]) * f(1 / depth.depth_scale) + 0.0f;
+    float q[3];
+    for (std::size_t k = 0; k < 3; ++k)
+      q[k] = f(r[3 * k] * ray.x + r[3 * k + 1] * ray.y + r[3 * k + 2]) * z_m + f(pose.translation_m[k]);
+    const float inverse = 1 / std::max(q[2], 0.01f), x = q[0] * inverse, y = q[1] * inverse;
+    float u = x, v = y;
+    if (has_distortion(colour)) {
+      const float r2 = x * x + y * y, p1 = f(colour.p1), p2 = f(colour.p2);
+      const float grown = 1 + r2 * (f(colour.k1) + r2 * (f(colour.k2) + r2 * f(colour.k3)));
+      u = x * grown + 2 * p1 * x * y + p2 * (r2 + 2 * x * x);
+      v = y * grown + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y;
+    }
+    u = f(colour.fx) * u + f(colour.cx);
+    v = f(colour.fy) * v + f(colour.cy);
+    const float half_u = 0.5f * f(colour.fx / depth.fx) * (z_m * inverse) + 0.1f;
+    const float half_v = 0.5f * f(colour.fy / depth.fy) * (z_m * inverse) + 0.1f;
+    const int value = static_cast<int>(q[2] * f(colour.depth_scale) + 0.5f);
+    bool any = false;
+    if (q[2] > 0.01f && value >= 11 && value <= 65535)
+      for (int row = 0; row < colour.height; ++row)
+        for (int column = 0; column < colour.width; ++column) {
+          const bool covered = float(column) >= u - half_u && float(column) < u + half_u && float(row) >= v - half_v &&
+                               float(row) < v + half_v;
+          if (!covered) continue;
+          any = true;
+          std::uint16_t& pixel = out[static_cast<std::size_t>(row * colour.width + column)];
+          if (pixel == 0 || value < pixel) pixel = static_cast<std::uint16_t>(value);
+        }
+    counts.outside += any ? 0 : 1;
+  }
+  return out;
+}
+
+struct Rig {
+  Intrinsics depth, colour;
+  ColourFromDepth pose;
+};
+
+// Cameras a hand's breadth apart, of other sizes and lenses, and an image of walls, steps, noise and nothing.
+std::vector<Rig> rigs() {
+  std::vector<Rig> out;
+  test::Random random(11);
+  for (const double finer : {1.0, 0.6, 1.5, 2.4}) {
+    for (const bool lens : {false, true}) {
+      Rig rig{camera(53, 30, 47), camera(static_cast<int>(53 * finer), static_cast<int>(30 * finer), 47 * finer), {}};
+      const double angle = random.uniform(-0.05, 0.05), c = std::cos(angle), s = std::sin(angle);
+      rig.pose = {{c, 0, s, 0, 1, 0, -s, 0, c}, {random.uniform(-0.1, 0.1), random.uniform(-0.02, 0.02), 0.01}};
+      if (lens) rig.colour.k1 = 0.12, rig.colour.k2 = -0.2, rig.colour.p1 = 0.002, rig.depth.k1 = -0.08;
+      out.push_back(rig);
+    }
+  }
+  return out;
+}
+
+Depth walls(const Intrinsics& k, std::uint64_t seed) {
+  test::Random random(seed);
+  Depth in(size_of(k).pixels());
+  for (std::size_t i = 0; i < in.size(); ++i) {
+    const std::size_t u = i % static_cast<std::size_t>(k.width);
+    in[i] = static_cast<std::uint16_t>((u < 20 ? 1500 : 700 + 10 * u) + random.next() % 5);
+    if (random.next() % 16 == 0) in[i] = static_cast<std::uint16_t>(random.next());
+    if (u > 40 && u < 45) in[i] = 0;
+  }
+  return in;
+}
+
+TEST(RegisterDepth, IsWhatTheSlowOneComputesToTheByte) {
+  for (const Rig& rig : rigs()) {
+    const Depth in = walls(rig.depth, 3);
+    DepthRegistration::Counts counts, expected;
+    const Depth out = registered(rig.depth, rig.colour, rig.pose, in, &counts);
+    const Depth reference = slowly(rig.depth, rig.colour, rig.pose, in, expected);
+    EXPECT_GT(std::ranges::count_if(out, [](auto v) { return v != 0; }), 100);
+    EXPECT_EQ(out, reference) << rig.colour.width << " columns, lens " << rig.colour.k1;
+    EXPECT_EQ(counts.readings, expected.readings);
+    EXPECT_EQ(counts.outside, expected.outside);
+  }
+}
+
+// Walls, so that neighbours lie beside each other; then what a turned camera sees, where they do not.
+TEST(RegisterDepth, TheTwinsKeepTheSame) {
+  if (!simd_available()) GTEST_SKIP() << "this CPU has no AVX2";
+  test::Random random(23);
+  constexpr std::size_t kColumns = 90, kRows = 40;
+  for (int round = 0; round < 200; ++round) {
+    footprints::Covered row(3 + random.next() % 60);
+    const std::size_t step = round % 3 == 0 ? 0 : 1;
+    std::size_t wide = 1, high = 1, place = random.next() % (kColumns * 30);
+    for (std::size_t i = 0; i < row.first.size(); ++i) {
+      if (random.next() % 12 == 0) wide = 1 + random.next() % 3, high = 1 + random.next() % 3;
+      if (random.next() % 12 == 0) place = random.next() % (kColumns * 30);
+      row.first[i] = random.next() % 20 == 0 ? footprints::kNowhere : static_cast<std::int32_t>(place);
+      row.size[i] = static_cast<std::uint16_t>(wide | high << 8);
+      row.less_1[i] = static_cast<std::uint16_t>(random.next());
+      place += step;
+    }
+    Depth plain(kColumns * kRows, nearest::kNothing), simd = plain;
+    nearest::keep_plain(row, kColumns, plain.data());
+    nearest::keep_simd(row, kColumns, simd.data());
+    ASSERT_EQ(plain, simd) << round;
+  }
+}
+
+TEST(RegisterDepth, TheTwinsFindTheSamePixels) {
+  if (!simd_available()) GTEST_SKIP() << "this CPU has no AVX2";
+  test::Random random(17);
+  const auto any = [&] { return static_cast<float>(random.uniform(-2, 2)); };
+  for (int round = 0; round < 200; ++round) {
+    Intrinsics colour = camera(101, 77, 90);
+    if (round % 2 == 0) colour.k1 = any(), colour.p2 = any() / 10;
+    const footprints::Rig rig{footprints::ColourLens(colour),
+                              {any(), any(), any()},
+                              0.001f,
+                              0.01f,
+                              1000,
+                              1.5f,
+                              1.4f,
+                              0.01f,
+                              65536,
+                              11,
+                              colour.width,
+                              colour.height};
+    const std::size_t width = 1 + random.next() % 70;
+    Depth depth(width);
+    std::vector<float> x(width), y(width), z(width);
+    for (std::size_t i = 0; i < width; ++i) {
+      depth[i] = random.next() % 8 == 0 ? 0 : static_cast<std::uint16_t>(random.next());
+      x[i] = any(), y[i] = any(), z[i] = any();
+    }
+    if (round % 10 == 0) x[0] = z[width - 1] = std::nanf("");
+    footprints::Covered plain(width), simd(width);
+    footprints::find_plain(rig, {depth, x.data(), y.data(), z.data()}, plain);
+    footprints::find_simd(rig, {depth, x.data(), y.data(), z.data()}, simd);
+    EXPECT_EQ(plain.first, simd.first);
+    EXPECT_EQ(plain.size, simd.size);
+    EXPECT_EQ(plain.less_1, simd.less_1);
+    EXPECT_EQ(plain.readings, simd.readings);
+    EXPECT_EQ(plain.seen, simd.seen);
+  }
 }
 
 TEST(RegisterDepth, AnyDepthAndAnyPoseHaveAnAnswerInTime) {

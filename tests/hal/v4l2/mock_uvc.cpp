@@ -15,6 +15,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "support/umockdev.hpp"
+
 namespace onemap::test {
 
 namespace {
@@ -294,10 +296,7 @@ gboolean MockNode::on_ioctl(UMockdevIoctlBase* base, UMockdevIoctlClient* client
 MockTestbed::MockTestbed() : testbed_(umockdev_testbed_new()) {}
 MockTestbed::~MockTestbed() { g_object_unref(testbed_); }
 
-bool MockTestbed::wrapped() {
-  const char* preloaded = std::getenv("LD_PRELOAD");
-  return preloaded && std::string(preloaded).find("umockdev-preload") != std::string::npos;
-}
+bool MockTestbed::wrapped() { return inside_umockdev(); }
 
 std::string MockTestbed::root() const {
   gchar* text = umockdev_testbed_get_root_dir(testbed_);

@@ -3,90 +3,28 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 
 #include "hal/backends/v4l2.hpp"
 #include "hal/camera_contract.hpp"
-#include "hal/v4l2/mock_uvc.hpp"
-#include "support/temp_folder.hpp"
+#include "hal/imaging/encode_image.hpp"
+#include "hal/v4l2/mock_machine.hpp"
 
 namespace onemap::hal {
 namespace {
 
 using namespace std::chrono_literals;
-using test::MockMode;
+using test::colour_node;
+using test::depth_node;
+using test::kGrey;
+using test::kUyvy;
+using test::kYuyv;
+using test::Machine;
 using test::MockNodeConfig;
-using test::MockTestbed;
 using test::MockUvc;
 using testing::HasSubstr;
-
-constexpr auto kZ16 = V4L2_PIX_FMT_Z16, kYuyv = V4L2_PIX_FMT_YUYV, kUyvy = V4L2_PIX_FMT_UYVY, kGrey = V4L2_PIX_FMT_GREY;
-
-// Depth 1000 + x + 2 y + sequence + offset millimetres.
-MockNodeConfig depth_node(int offset = 0) {
-  MockNodeConfig config;
-  config.formats = {kZ16};
-  config.sizes = {{640, 480}, {320, 240}};
-  config.content = [offset](const MockMode& mode, std::uint32_t sequence, std::uint8_t* out, std::uint32_t stride) {
-    for (std::uint32_t y = 0; y < mode.height; ++y)
-      for (std::uint32_t x = 0; x < mode.width; ++x) {
-        const std::uint32_t value = 1000 + x + 2 * y + sequence + static_cast<std::uint32_t>(offset);
-        out[y * stride + 2 * x] = static_cast<std::uint8_t>(value);
-        out[y * stride + 2 * x + 1] = static_cast<std::uint8_t>(value >> 8);
-      }
-  };
-  return config;
-}
-
-// Grey stripes that walk, as YUYV (or UYVY) without colour.
-MockNodeConfig colour_node(std::vector<std::uint32_t> formats = {kYuyv}) {
-  MockNodeConfig config;
-  config.formats = std::move(formats);
-  config.sizes = {{640, 480}, {320, 240}};
-  config.phase_us = 9000;
-  config.content = [](const MockMode& mode, std::uint32_t sequence, std::uint8_t* out, std::uint32_t stride) {
-    const std::uint32_t luma = mode.format == kUyvy ? 1 : 0;
-    for (std::uint32_t y = 0; y < mode.height; ++y)
-      for (std::uint32_t x = 0; x < mode.width; ++x) {
-        out[y * stride + 2 * x + luma] = static_cast<std::uint8_t>(16 + (x + sequence) % 200);
-        out[y * stride + 2 * x + 1 - luma] = 128;
-      }
-  };
-  return config;
-}
-
-const char* const kRegistered = "width 640\nheight 480\nfx 600\nfy 600\ncx 319.5\ncy 239.5\ndepth_scale 1000\n";
-const char* const kDepthLens =
-    "depth_width 640\ndepth_height 480\ndepth_fx 600\ndepth_fy 600\ndepth_cx 319.5\ndepth_cy 239.5\n";
-
-// A machine with up to two cameras.
-class Machine {
- public:
-  Machine() {
-    if (!MockTestbed::wrapped()) return;
-    testbed_ = std::make_unique<MockTestbed>();
-    folder_.write("registered.txt", kRegistered);
-    folder_.write("two-lenses.txt", std::string(kRegistered) + kDepthLens + "colour_from_depth_x 0.02\n");
-  }
-  std::string missing() const {
-    return testbed_ ? "" : "umockdev-wrapper is not around this process (package umockdev)";
-  }
-  MockUvc& add(int port, int number, MockNodeConfig depth, MockNodeConfig colour,
-               const std::string& usb_id = "8086:0b07") {
-    cameras_.push_back(
-        std::make_unique<MockUvc>(*testbed_, port, usb_id, "Mock depth camera", std::move(depth), std::move(colour)));
-    cameras_.back()->plug(number);
-    return *cameras_.back();
-  }
-  std::string file(const char* name) const { return folder_ / name; }
-  MockUvc& camera(std::size_t i) { return *cameras_[i]; }
-
- private:
-  test::TempFolder folder_;
-  std::unique_ptr<MockTestbed> testbed_;
-  std::vector<std::unique_ptr<MockUvc>> cameras_;
-};
 
 class V4l2Rig {
  public:
@@ -225,6 +163,32 @@ TEST_F(V4l2, PaddedRowsAndOtherFormatsAndSizes) {
     ASSERT_EQ(camera->grab(frame, 10s), Grab::frame);
     EXPECT_NEAR(to_seconds(frame.colour_time - first), 1.0 / 15, 0.001);
     EXPECT_THAT(camera->description(), testing::AllOf(HasSubstr("UYVY 320x240"), HasSubstr("15 frames a second")));
+  }
+}
+
+// Each image is a JPEG with what the buffer held before behind it, as UVC cameras leave it.
+TEST_F(V4l2, MjpegBecomesColour) {
+  MockNodeConfig colour = colour_node({V4L2_PIX_FMT_MJPEG});
+  colour.content = [](const test::MockMode& mode, std::uint32_t sequence, std::uint8_t* out, std::uint32_t) {
+    const imaging::ImageSize size{static_cast<int>(mode.width), static_cast<int>(mode.height)};
+    std::vector<std::uint8_t> rgb(3 * size.pixels()), file;
+    for (std::size_t i = 0; i < rgb.size(); i += 3)
+      rgb[i] = 200, rgb[i + 1] = 100, rgb[i + 2] = static_cast<std::uint8_t>(sequence);
+    ASSERT_TRUE(imaging::encode_jpeg(size, rgb, 95, file));
+    std::ranges::copy(file, out);
+  };
+  machine_.add(1, 0, depth_node(), colour);
+  const auto camera = open(address());
+  ASSERT_TRUE(camera);
+  EXPECT_THAT(camera->description(), HasSubstr("MJPG 640x480"));
+  FramePool pool(camera->intrinsics(), 1);
+  Frame frame = pool.acquire();
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_EQ(camera->grab(frame, 10s), Grab::frame) << camera->last_error().text();
+    for (const std::size_t pixel : {0u, 640u * 240u + 320u, 640u * 480u - 1u}) {
+      EXPECT_NEAR(frame.rgb()[3 * pixel], 200, 4);
+      EXPECT_NEAR(frame.rgb()[3 * pixel + 1], 100, 4);
+    }
   }
 }
 

@@ -66,7 +66,7 @@ Status LibusbCamera::prepare() {
   if (!address_.lenses.calibration.keys().empty())
     if (const Status status = address_.lenses.calibration.apply(colour_); !status) return status.error();
   const imaging::Registration registration = freenect_->registration();
-  raw_.resize(static_cast<std::size_t>(kWidth) * kHeight);
+  mm_.resize(static_cast<std::size_t>(kWidth) * kHeight);
   if (registration == imaging::Registration::ours) {
     Intrinsics depth;
     depth.fx = depth.fy = kDepthFocal_px;
@@ -192,10 +192,16 @@ Grab LibusbCamera::deliver(const Outcome& pair, Frame& into) {
 }
 
 void LibusbCamera::write_depth(std::span<const std::uint8_t> bytes, std::span<std::uint16_t> depth) {
-  const std::span<std::uint16_t> first = registration_ ? std::span(raw_) : depth;
-  std::memcpy(first.data(), bytes.data(), bytes.size());
-  if (freenect_->disparity()) to_mm_.to_mm(first, first);
-  if (registration_) registration_->apply(first, depth);
+  std::span<const std::uint16_t> values(reinterpret_cast<const std::uint16_t*>(bytes.data()), bytes.size() / 2);
+  if (freenect_->disparity()) {
+    const std::span<std::uint16_t> mm = registration_ ? std::span(mm_) : depth;
+    to_mm_.to_mm(values, mm);
+    values = mm;
+  }
+  if (registration_)
+    registration_->apply(values, depth);
+  else if (values.data() != depth.data())
+    std::memcpy(depth.data(), values.data(), bytes.size());
 }
 
 }  // namespace onemap::hal::libusb

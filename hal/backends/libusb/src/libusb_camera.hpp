@@ -59,7 +59,7 @@ class LibusbCamera final : public DepthCamera {
   std::array<std::uint64_t, 8> indices_{};                 // of the colour images, by slot
   imaging::KinectDisparity to_mm_;
   std::unique_ptr<imaging::DepthRegistration> registration_;  // null: depth comes registered
-  std::vector<std::uint16_t> raw_;
+  std::vector<std::uint16_t> mm_;                             // of disparities that we register
   Ticks ticks_;
   DeviceClock clock_;
   std::chrono::milliseconds away_{}, looked_at_{};  // since it left; when the bus was last looked at anew

@@ -225,16 +225,26 @@ Status OpenNi2Camera::decode(const imaging::PairByTime::Outcome& pair, Frame& in
     return Error{place("the"),
                  fmt::format("depth {}x{}, colour {}x{} where both were set to {}x{}", depth.size.width,
                              depth.size.height, colour.size.width, colour.size.height, colour_.width, colour_.height)};
-  const bool ours = device_->registration() == imaging::Registration::ours;
   if (const Status status =
           decode_colour(device_->modes().colour.format, colour, device_->colour_mirrored(), into.rgb());
       !status)
     return Error{place("colour"), status.error().reason};
-  if (const Status status =
-          decode_depth(depth, device_->depth_mirrored(), ours ? std::span(unregistered_) : into.depth());
-      !status)
+  if (const Status status = fill_depth(depth, into.depth()); !status)
     return Error{place("depth"), status.error().reason};
-  if (ours) registration_->apply(unregistered_, into.depth());
+  return success();
+}
+
+Status OpenNi2Camera::fill_depth(const imaging::RawImage& image, std::span<std::uint16_t> depth) {
+  if (device_->registration() != imaging::Registration::ours)
+    return decode_depth(image, device_->depth_mirrored(), depth);
+  const std::size_t row_bytes = 2 * static_cast<std::size_t>(image.size.width);
+  if (Status status = imaging::check_rows(image, row_bytes); !status) return status;
+  if (!device_->depth_mirrored() && image.stride(row_bytes) == row_bytes) {  // it needs no copy
+    registration_->apply({reinterpret_cast<const std::uint16_t*>(image.bytes.data()), image.size.pixels()}, depth);
+    return success();
+  }
+  if (Status status = decode_depth(image, device_->depth_mirrored(), unregistered_); !status) return status;
+  registration_->apply(unregistered_, depth);
   return success();
 }
 

@@ -45,6 +45,7 @@ class OpenNi2Camera final : public DepthCamera {
   bool next_pair(imaging::PairByTime::Outcome& pair);
   Grab deliver(const imaging::PairByTime::Outcome& pair, Frame& into);
   Status decode(const imaging::PairByTime::Outcome& pair, Frame& into);
+  Status fill_depth(const imaging::RawImage& image, std::span<std::uint16_t> depth);
   void count_colour(int frame_index);
   openni::VideoFrameRef& held(const Image& image) { return held_[image.buffer]; }
 

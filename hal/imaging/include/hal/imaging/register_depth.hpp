@@ -1,8 +1,8 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
-#include <vector>
 
 #include "hal/frame.hpp"
 
@@ -25,6 +25,7 @@ class DepthRegistration {
   // each reading. Takes all memory.
   DepthRegistration(const Intrinsics& depth, const Intrinsics& colour, const ColourFromDepth& pose,
                     double offset_m = 0);
+  ~DepthRegistration();
 
   struct Counts {
     std::uint64_t readings = 0;  // of the depth image
@@ -35,28 +36,8 @@ class DepthRegistration {
   Counts apply(std::span<const std::uint16_t> depth, std::span<std::uint16_t> registered);
 
  private:
-  // Where the readings of a row are in the colour image (their middles, and half of what they cover), in pixels, and
-  // their depth there, in colour's unit; 0: nowhere.
-  struct Row {
-    std::vector<float> u, v, half_u, half_v, value;
-  };
-  // The same as pixels: [u0, u1) x [v0, v1). Empty: nothing.
-  struct Footprints {
-    std::vector<std::int32_t> u0, v0, u1, v1, value;
-  };
-  void place(std::size_t row, std::span<const std::uint16_t> depth);
-  void cover();
-  void keep_nearest(std::span<const std::uint16_t> depth, std::span<std::uint16_t> registered, Counts& counts) const;
-
-  const Intrinsics depth_, colour_;
-  const std::array<float, 3> t_m_;
-  const float offset_m_;
-  const bool distorted_;
-  const float
-      widest_;  // squared distance of the colour image's farthest ray from the axis: the lens says nothing beyond
-  std::vector<float> ray_x_, ray_y_, ray_z_;  // a pixel's ray, turned into the colour camera's frame
-  Row row_;
-  Footprints footprints_;
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
 };
 
 }  // namespace onemap::hal::imaging
