@@ -16,8 +16,10 @@ namespace {
 constexpr std::size_t kMaxSamples = 100000;     // points that decide a viewpoint
 constexpr float kMargin = 1 / (1 - 2 * 0.08f);  // 8 % of the picture stay free on each side
 constexpr float kStrays = 0.003f, kBeyond = 0.04f;
-constexpr float kOneWay = 0.6f;     // length of the mean viewing direction from which the cameras looked one way
-constexpr float kLookDown = 0.36f;  // tangent of the fit view's tilt
+constexpr float kOneWay = 0.6f;      // length of the mean viewing direction from which the cameras looked one way
+constexpr float kLookDown = 0.36f;   // tangent of the fit view's tilt
+constexpr float kUpright = 0.2f;     // of a wall's normal along up, at most
+constexpr float kAlongWalls = 1.2f;  // what a view along walls may show less than another
 constexpr std::array<float, 3> kLookDownAround{0.8f, 1.0f, 1.25f};
 
 // A right-handed frame to look in: x right, y up, z towards the viewer's far side.
@@ -193,9 +195,31 @@ glm::vec3 common_forward(const Scene& scene, const glm::vec3& up) {
   return glm::length(forward) > std::max(kOneWay * count, 1e-3f) ? glm::normalize(forward) : glm::vec3(0);
 }
 
-// Of directions all around, the one from which most surface is seen in a picture that it fills.
-Frame best_side(const std::vector<Sample>& samples, const glm::vec3& up, float aspect) {
-  const Frame first = make_frame(some_level(up), up);
+// Level, and at right angles to most of what stands upright, or along it: four times an angle is the same for both.
+glm::vec3 along_the_walls(const std::vector<Sample>& samples, const glm::vec3& up) {
+  const Frame level = make_frame(some_level(up), up);
+  float cosines = 0, sines = 0;
+  for (const Sample& s : samples) {
+    if (glm::length(s.normal) < 0.5f || std::abs(glm::dot(s.normal, up)) > kUpright) continue;
+    const float angle = 4 * std::atan2(glm::dot(s.normal, level.right), glm::dot(s.normal, level.forward));
+    cosines += std::cos(angle);
+    sines += std::sin(angle);
+  }
+  const float angle = 0.25f * std::atan2(sines, cosines);  // 0 without walls
+  return std::cos(angle) * level.forward + std::sin(angle) * level.right;
+}
+
+// Of many at most so many, evenly.
+std::vector<Sample> some_of(const std::vector<Sample>& samples, std::size_t most) {
+  std::vector<Sample> some;
+  for (std::size_t i = 0; i < samples.size(); i += samples.size() / most + 1) some.push_back(samples[i]);
+  return some;
+}
+
+// Of directions all around, the one from which most surface is seen in a picture that it fills; rather along walls.
+Frame best_side(const std::vector<Sample>& all, const glm::vec3& up, float aspect) {
+  const std::vector<Sample> samples = some_of(all, 20000);
+  const Frame first = make_frame(along_the_walls(samples, up), up);
   Frame best = first;
   float best_score = -1;
   for (int i = 0; i < 36 * static_cast<int>(kLookDownAround.size()); ++i) {
@@ -207,8 +231,9 @@ Frame best_side(const std::vector<Sample>& samples, const glm::vec3& up, float a
     const float scale = std::min(aspect / width, 1 / height);
     float surface = 0;
     for (const Sample& s : samples) surface += std::max(0.0f, -glm::dot(s.normal, frame.forward));
-    if (surface * scale * scale <= best_score) continue;
-    best_score = surface * scale * scale;
+    const float score = surface * scale * scale * (i % 9 == 0 ? kAlongWalls : 1);
+    if (score <= best_score) continue;
+    best_score = score;
     best = frame;
   }
   return best;
@@ -217,8 +242,7 @@ Frame best_side(const std::vector<Sample>& samples, const glm::vec3& up, float a
 // For a view from above: of the directions within a quarter turn of `away`, that which stands upright in a picture that
 // the map fills best. Rooms are then parallel to the picture's rims.
 Frame from_above(const std::vector<Sample>& samples, const glm::vec3& up, const glm::vec3& away, float aspect) {
-  std::vector<Sample> some;
-  for (std::size_t i = 0; i < samples.size(); i += samples.size() / 4000 + 1) some.push_back(samples[i]);
+  const std::vector<Sample> some = some_of(samples, 4000);
   const Frame first = make_frame(-up, away);
   Frame best = first;
   float best_scale = 0;
