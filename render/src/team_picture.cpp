@@ -78,6 +78,17 @@ void draw_robot(Image& image, const Layout& at, std::size_t i, const TeamPicture
                11 * at.unit, kSoft);
 }
 
+// In one line, as large as it may be.
+void draw_link_words(Image& image, Point at, float height_px, const TeamPicture& team, const TeamPicture::Link& link) {
+  const std::string pair = fmt::format("{} - {}:  ", team.robots[link.a].name, team.robots[link.b].name);
+  const std::string words = link.accepted ? fmt::format("{} inliers of {} pairs of clouds", link.inliers, link.pairs)
+                                          : "refused, " + link.reason;
+  const float room = 0.98f * static_cast<float>(image.width) - at.x;
+  const float height = height_px * std::min(1.0f, room / std::max(text_width_px(pair + words, height_px), 1.0f));
+  draw_text(image, at, pair, height, kInk);
+  draw_text(image, {at.x + text_width_px(pair, height), at.y}, words, height, link.accepted ? kGood : kBad);
+}
+
 // As many lines as there is room for, the last one says how many more there are.
 void draw_list(Image& image, const Layout& at, const TeamPicture& team, const std::vector<TeamPicture::Link>& links) {
   const float left = 0.6f * static_cast<float>(image.width), line = 30 * at.unit, text = 13 * at.unit;
@@ -94,11 +105,7 @@ void draw_list(Image& image, const Layout& at, const TeamPicture& team, const st
       draw_text(image, {left, y + line}, fmt::format("and {} more", links.size() - i), text, kSoft);
       return;
     }
-    const std::string pair = fmt::format("{} - {}: ", team.robots[link.a].name, team.robots[link.b].name);
-    draw_text(image, {left, y += line}, pair, text, kInk);
-    draw_text(image, {left + text_width_px(pair, text) + 0.8f * text, y},
-              link.accepted ? fmt::format("{} inliers", link.inliers) : "refused, " + link.reason, text,
-              link.accepted ? kGood : kBad);
+    draw_link_words(image, {left, y += line}, text, team, link);
   }
 }
 

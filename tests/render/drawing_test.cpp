@@ -62,7 +62,7 @@ TEST(TeamPicture, shows_robots_links_and_reasons_and_survives_what_is_not_there)
     team.robots.push_back({name, robot_color(team.robots.size()), 30, true});
   team.robots[2].in_map = false;
   const Image alone = draw_team(team, 800, 450);
-  team.links = {{0, 1, true, 420, ""}, {1, 2, false, 3, "too few matches"}, {1, 9, true, 1, ""}};
+  team.links = {{0, 1, true, 420, 12, ""}, {1, 2, false, 3, 1, "too few matches"}, {1, 9, true, 1, 1, ""}};
   team.reference = "robot1";
   const Image linked = draw_team(team, 800, 450);
   ASSERT_EQ(linked.width, 800);
@@ -78,8 +78,24 @@ TEST(TeamPicture, shows_robots_links_and_reasons_and_survives_what_is_not_there)
   EXPECT_GT(count(linked, first), 300u);
   EXPECT_EQ(draw_team({}, 320, 180).rgb.size(), 3u * 320 * 180);
   for (int i = 0; i < 40; ++i)
-    team.links.push_back({0, 2, false, 1, "a reason that is as long as reasons can be, and longer"});
+    team.links.push_back({0, 2, false, 1, 0, "a reason that is as long as reasons can be, and longer"});
   EXPECT_EQ(draw_team(team, 320, 180).height, 180);
+}
+
+TEST(TeamPicture, what_is_said_of_a_link_stays_within_the_picture) {
+  TeamPicture team;
+  team.robots = {{"the-kitchens-robot", kBlack, 30, true}, {"the-cellars-robot", kBlack, 30, true}};
+  const Image without = draw_team(team);
+  for (const bool accepted : {true, false}) {
+    team.links = {{0, 1, accepted, 123456, 1024, "much would lie side by side without a link"}};
+    const Image with = draw_team(team);
+    bool said = false;
+    for (int y = 0; y < with.height / 2; ++y) {
+      for (int x = with.width * 6 / 10; x < with.width; ++x) said = said || with.at(x, y) != without.at(x, y);
+      for (int x = with.width - 12; x < with.width; ++x) ASSERT_EQ(with.at(x, y), without.at(x, y)) << x << ", " << y;
+    }
+    EXPECT_TRUE(said);
+  }
 }
 
 }  // namespace

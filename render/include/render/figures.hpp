@@ -25,7 +25,8 @@ struct TeamPicture {
   struct Link {
     std::size_t a = 0, b = 0;  // of robots
     bool accepted = false;
-    std::uint64_t inliers = 0;  // matched features that agree
+    std::uint64_t inliers = 0;  // matched features that agree,
+    std::uint64_t pairs = 0;    // of so many pairs of clouds
     std::string reason;         // of a refused one: "too few matches"
   };
   std::vector<Robot> robots;
