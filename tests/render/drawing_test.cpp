@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <set>
 
 #include "render/figures.hpp"
@@ -80,6 +81,37 @@ TEST(TeamPicture, shows_robots_links_and_reasons_and_survives_what_is_not_there)
   for (int i = 0; i < 40; ++i)
     team.links.push_back({0, 2, false, 1, 0, "a reason that is as long as reasons can be, and longer"});
   EXPECT_EQ(draw_team(team, 320, 180).height, 180);
+}
+
+// Four robots that all know each other: two links cross, and neither hides the other's number.
+TEST(TeamPicture, every_links_number_is_to_be_seen) {
+  TeamPicture team;
+  for (std::size_t i = 0; i < 4; ++i) team.robots.push_back({"robot" + std::to_string(i + 1), kBlack, 30, true});
+  const auto with = [&](std::uint64_t first, std::uint64_t second) {
+    team.links = {{0, 2, true, first, 1, ""}, {1, 3, true, second, 1, ""}};
+    Image image = draw_team(team);
+    fill_rectangle(image, image.width * 6 / 10, 0, image.width, image.height, kWhite);  // without the list
+    return image;
+  };
+  const auto differ = [](const Image& a, const Image& b) {
+    std::size_t pixels = 0;
+    for (std::size_t i = 0; i < a.rgb.size(); i += 3) pixels += std::abs(a.rgb[i] - b.rgb[i]) > 100 ? 1 : 0;
+    return pixels;
+  };
+  EXPECT_GT(differ(with(91111, 92444), with(98989, 92444)), 20u) << "the first";
+  EXPECT_GT(differ(with(91111, 92444), with(91111, 97777)), 20u) << "the second";
+  // No word lies on a link: what lies under the names is paper but for letters.
+  team.links = {{0, 1, true, 9, 1, ""}, {1, 2, true, 9, 1, ""}, {2, 3, true, 9, 1, ""}, {0, 3, true, 9, 1, ""}};
+  const Image linked = draw_team(team);
+  team.links.clear();
+  const Image alone = draw_team(team);
+  for (int y = 0; y < alone.height; ++y)
+    for (int x = 0; x < alone.width * 6 / 10; ++x) {
+      const bool letter = alone.at(x, y)[0] < 60 && alone.at(x, y)[1] > 20;  // ink, not a robot's disc
+      if (letter) {
+        ASSERT_EQ(linked.at(x, y), alone.at(x, y)) << x << ", " << y;
+      }
+    }
 }
 
 TEST(TeamPicture, what_is_said_of_a_link_stays_within_the_picture) {
