@@ -55,9 +55,9 @@ Result<Image> draw_side_by_side(Renderer& renderer, std::span<const Scene> maps,
   if (tile.width_px < 8 || tile.height_px < 8)
     return Error{"picture",
                  fmt::format("{} x {} pixels are too few for {} maps", style.width_px, style.height_px, count)};
-  const float smaller = std::clamp(static_cast<float>(tile.width_px) / 900, 0.5f, 1.0f);  // ways do not hide the map
+  const float smaller = std::clamp(static_cast<float>(tile.width_px) / 900, 0.7f, 1.0f);  // ways do not hide the map
   tile.path_width_px *= smaller;
-  tile.marker_width_px *= std::max(smaller, 0.7f);
+  tile.marker_width_px *= smaller;
   const auto wide = static_cast<float>(tile.width_px), text = 0.34f * static_cast<float>(caption);
   for (int i = 0; i < count; ++i) {
     const Scene& scene = maps[static_cast<std::size_t>(i)];

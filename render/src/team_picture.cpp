@@ -11,7 +11,7 @@ namespace {
 
 constexpr Color kPaper{250, 250, 250}, kInk{35, 38, 42}, kSoft{120, 125, 132}, kGood{60, 150, 80}, kBad{205, 65, 55};
 
-constexpr float kCountAt = 0.36f;  // of a link's length: in the middle many links cross
+constexpr float kCountAt = 0.28f;  // of a link's length: farther on others cross it
 
 // Where things stand in a picture of a size.
 struct Layout {
