@@ -1,5 +1,6 @@
-// onemap-eval: estimated trajectories against ground truth.
+// onemap-eval: estimated trajectories, and a map, against ground truth.
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -10,6 +11,8 @@
 #include "evaluation/evaluation.hpp"
 #include "hal/backends/simulated.hpp"
 #include "hal/base/file.hpp"
+#include "render/gltf_writer.hpp"
+#include "render/ply_reader.hpp"
 
 namespace {
 
@@ -25,15 +28,17 @@ constexpr const char* kDescription =
     "rigid transform (no scale) aligns them together, so that a wrong merge counts in full. Printed in metres and\n"
     "degrees, for each robot and the team: matched poses, coverage (matched poses / lines of associations.txt beside\n"
     "GT; without that file, / estimates), ATE as RMSE, median and maximum, and the RPE as RMSE.\n\n"
-    "GT may also be a camera's address. Of a simulated one (simulated:SCENE?...) its truth is taken, of a recording or "
-    "a\n"
-    "part of one (replay:DIR:FROM:TO) DIR/groundtruth.txt, and coverage is of the frames of that part.";
+    "GT may also be a camera's address. Of a simulated one (simulated:SCENE?...) its truth is taken, of a recording\n"
+    "or a part of one (replay:DIR:FROM:TO) DIR/groundtruth.txt, and coverage is of the frames of that part.\n\n"
+    "A map in the frame of the estimates (--surface) is judged by the surfaces of the simulated room that GT names.\n"
+    "On a terminal the answer is a table with units; otherwise a line a robot, for programs.";
 constexpr const char* kFooter =
     "Examples:\n"
     "  onemap-eval out/trajectory.txt fr1_xyz/groundtruth.txt --table\n"
-    "  onemap-eval out/robot1/global/robot1.txt replay:fr1_xyz:0:330 out/robot1/global/robot2.txt "
-    "replay:fr1_xyz:230:560\n"
+    "  onemap-eval out/robot1/global/robot1.txt replay:fr1_xyz:0:330 \\\n"
+    "              out/robot1/global/robot2.txt replay:fr1_xyz:230:560\n"
     "  onemap-eval out/global/a.txt 'simulated:ring?frames=1200&fps=10' --json\n"
+    "  onemap-eval out/trajectory.txt 'simulated:office?frames=300' --surface out/local.glb\n"
     "\nExit status: 0 done, 1 a file cannot be used, 2 wrong options.";
 
 Result<std::vector<TimedPose>> read_trajectory(const std::string& path) {
@@ -138,6 +143,32 @@ Result<TeamEvaluation> run(const std::vector<std::string>& files, const Evaluati
   return evaluate(team, settings);
 }
 
+Result<std::vector<mapping::Vector3f>> read_points(const std::string& map) {
+  if (map.ends_with(".glb")) {
+    auto scene = render::read_glb(map);
+    if (!scene) return scene.error();
+    return std::move(scene->mesh.vertices.empty() ? scene->points.points : scene->mesh.vertices);
+  }
+  if (!map.ends_with(".ply")) return Error{map, "neither a .ply nor a .glb"};
+  auto mesh = render::read_ply(map);
+  if (!mesh) return mesh.error();
+  return std::move(mesh->vertices);
+}
+
+Status add_surface(const std::string& map, const std::string& truth, TeamEvaluation& evaluation) {
+  const auto address = hal::parse_camera_address(truth);
+  if (!address || address->backend != "simulated")
+    return Error{"--surface", "the true surface is known of simulated rooms only, and GT is " + truth};
+  const auto distance_m = hal::simulated_surface(*address);
+  if (!distance_m) return distance_m.error();
+  const auto points = read_points(map);
+  if (!points) return points.error();
+  if (points->empty()) return Error{map, "has no points"};
+  evaluation.surface = evaluate_surface(*points, evaluation.T_truth_estimate, *distance_m);
+  evaluation.surface->name = map;
+  return success();
+}
+
 // CLI::NonNegativeNumber and CLI::PositiveNumber let through what is not a number.
 std::string wrong(const std::vector<std::string>& files, const EvaluationSettings& settings) {
   if (files.size() % 2 != 0) return "files come in pairs: EST GT [EST GT ...]";
@@ -151,20 +182,27 @@ Ending eval(const std::vector<std::string>& arguments) {
   std::vector<std::string> files;
   EvaluationSettings settings;
   bool json = false, table = false;
+  std::string surface;
   app.add_option("files", files, "EST GT [EST GT ...]")->required()->type_name("");
   app.add_option("--max-dt", settings.max_dt_s, "seconds between an estimate and its ground-truth pose")
       ->capture_default_str();
   app.add_option("--rpe", settings.rpe_delta_s, "seconds over which the relative pose error is taken")
       ->capture_default_str();
+  app.add_option("--surface", surface, "also judge this map, a .ply or .glb, by the simulated room of the first GT")
+      ->type_name("MAP");
   auto* as_json = app.add_flag("--json", json, "print JSON");
   app.add_flag("--table", table, "print a table with units")->excludes(as_json);
   app.footer(kFooter);
   if (auto ending = parse_command_line(app, arguments)) return *ending;
   if (const std::string what = wrong(files, settings); !what.empty()) return {Exit::usage, complaint(kProgram, what)};
-  const Result<TeamEvaluation> evaluation = run(files, settings);
+  Result<TeamEvaluation> evaluation = run(files, settings);
   if (!evaluation) return {Exit::failed, complaint(kProgram, evaluation.error().text())};
+  if (!surface.empty())
+    if (const auto judged = add_surface(surface, files[1], *evaluation); !judged)
+      return {Exit::failed, complaint(kProgram, judged.error().text())};
   if (json) return {Exit::done, to_json(*evaluation)};
-  return {Exit::done, table ? to_table(*evaluation, settings) : to_text(*evaluation, settings)};
+  return {Exit::done,
+          table || isatty(STDOUT_FILENO) == 1 ? to_table(*evaluation, settings) : to_text(*evaluation, settings)};
 }
 
 }  // namespace

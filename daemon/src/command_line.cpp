@@ -8,6 +8,7 @@
 #include <new>
 #include <system_error>
 
+#include "control/wrapped.hpp"
 #include "hal/base/text.hpp"
 
 namespace onemap::daemon {
@@ -17,7 +18,7 @@ std::optional<Ending> parse_command_line(CLI::App& app, const std::vector<std::s
   try {
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // as CLI11 wants them
   } catch (const CLI::CallForHelp&) {
-    return Ending{Exit::done, app.help()};
+    return Ending{Exit::done, control::wrapped(app.help())};
   } catch (const CLI::CallForVersion& version) {
     return Ending{Exit::done, std::string(version.what()) + "\n"};
   } catch (const CLI::ParseError& error) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "daemon/clock.hpp"
+#include "daemon/merges.hpp"
 #include "daemon/standing.hpp"
 #include "daemon/team_picture.hpp"
 #include "daemon/team_words.hpp"
@@ -22,6 +23,11 @@ void Harvest::keep(const Status& status) {
 
 Status Harvest::write(Extent extent) {
   say_costs();
+  if (!config_.alone())
+    keep(guarded("merges", [this] {
+      merges_ = merges_of(from_.team.map());
+      return success();
+    }));
   keep(guarded("trajectories", [this] { return write_trajectories(); }));
   keep(guarded("pose graph", [this] { return write_graph(); }));
   if (extent == Extent::everything) write_what_takes_long();
@@ -33,7 +39,7 @@ Status Harvest::write(Extent extent) {
 void Harvest::write_what_takes_long() {
   if (!config_.alone())
     keep(guarded("team picture", [this] {
-      return render::write_png(config_.out + "/team.png", draw_team(team_picture(from_.team.map())));
+      return render::write_png(config_.out + "/team.png", draw_team(team_picture(from_.team.map(), merges_)));
     }));
   keep(guarded("floor plan", [this] { return write_plan(); }));
   keep(guarded("pictures", [this] { return draw(); }));
@@ -171,6 +177,7 @@ Report Harvest::report() const {
   robot.refused = refusals(team, radio);
   report.global_points = vertices_;
   report.robots.push_back(std::move(robot));
+  report.merges = merges_;
   return report;
 }
 

@@ -62,6 +62,38 @@ RobotReport robot_from(const Json& object) {
   return robot;
 }
 
+Json to_object(const Merge& merge) {
+  Json object{{"a", merge.a},
+              {"b", merge.b},
+              {"joined", merge.refused.empty()},
+              {"cloud_a", merge.cloud_a},
+              {"cloud_b", merge.cloud_b},
+              {"pairs", merge.pairs},
+              {"inliers", merge.inliers},
+              {"ratio", rounded(merge.ratio)},
+              {"error_mm", rounded(merge.error_mm)},
+              {"distance_m", rounded(merge.distance_m)},
+              {"turn_deg", rounded(merge.turn_deg)}};
+  if (!merge.refused.empty()) object["refused"] = merge.refused;
+  return object;
+}
+
+Merge merge_from(const Json& object) {
+  Merge merge;
+  object.at("a").get_to(merge.a);
+  object.at("b").get_to(merge.b);
+  merge.refused = object.value("refused", std::string());
+  object.at("cloud_a").get_to(merge.cloud_a);
+  object.at("cloud_b").get_to(merge.cloud_b);
+  object.at("pairs").get_to(merge.pairs);
+  object.at("inliers").get_to(merge.inliers);
+  object.at("ratio").get_to(merge.ratio);
+  object.at("error_mm").get_to(merge.error_mm);
+  object.at("distance_m").get_to(merge.distance_m);
+  object.at("turn_deg").get_to(merge.turn_deg);
+  return merge;
+}
+
 }  // namespace
 
 std::string digest_text(std::uint64_t digest) { return fmt::format("{:016x}", digest); }
@@ -69,11 +101,12 @@ std::string digest_text(std::uint64_t digest) { return fmt::format("{:016x}", di
 std::string to_json(const Report& report) {
   Json robots = Json::array();
   for (const RobotReport& robot : report.robots) robots.push_back(to_object(robot));
-  const Json object{{"same_map", report.same_map},
-                    {"reference", report.reference},
-                    {"merge_ms", report.merge_ms},
-                    {"global_points", report.global_points},
-                    {"robots", robots}};
+  Json object{{"same_map", report.same_map},
+              {"reference", report.reference},
+              {"merge_ms", report.merge_ms},
+              {"global_points", report.global_points},
+              {"robots", robots}};
+  for (const Merge& merge : report.merges) object["merges"].push_back(to_object(merge));
   return object.dump(2) + "\n";
 }
 
@@ -86,6 +119,8 @@ Result<Report> report_from_json(const std::string& text, const std::string& plac
     object.at("merge_ms").get_to(report.merge_ms);
     object.at("global_points").get_to(report.global_points);
     for (const Json& robot : object.at("robots")) report.robots.push_back(robot_from(robot));
+    if (object.contains("merges"))
+      for (const Json& merge : object["merges"]) report.merges.push_back(merge_from(merge));
     return report;
   } catch (const Json::exception& error) {
     return Error{place, error.what()};
@@ -127,6 +162,40 @@ std::string to_table(const Report& report) {
                         robot.in_global_map ? "yes" : "no", digest_text(robot.map_digest));
   for (const RobotReport& robot : report.robots) text += troubles(robot);
   return text;
+}
+
+namespace {
+
+constexpr std::size_t kMostRefused = 10;
+
+std::string refusals(const std::vector<Merge>& merges) {
+  std::string text;
+  std::size_t refused = 0;
+  for (const Merge& merge : merges)
+    if (!merge.refused.empty() && ++refused <= kMostRefused)
+      text += fmt::format("{} and {} are not joined: {}\n", printable(merge.a), printable(merge.b),
+                          printable(merge.refused));
+  if (refused > kMostRefused) text += fmt::format("and {} more pairs, see the report\n", refused - kMostRefused);
+  return text;
+}
+
+}  // namespace
+
+std::string to_table(const std::vector<Merge>& merges) {
+  if (merges.empty()) return {};
+  std::size_t width = 5;
+  for (const Merge& merge : merges) width = std::max({width, merge.a.size(), merge.b.size()});
+  std::string text;
+  for (const Merge& m : merges)
+    if (m.refused.empty())
+      text += fmt::format("{:<{}}  {:<{}}  {:>7}  {:>7}  {:>5}  {:>7}  {:>5.2f}  {:>8.1f}  {:>10.2f}  {:>8.1f}\n",
+                          printable(m.a), width, printable(m.b), width, m.cloud_a, m.cloud_b, m.pairs, m.inliers,
+                          m.ratio, m.error_mm, m.distance_m, m.turn_deg);
+  if (!text.empty())
+    text = fmt::format("{:<{}}  {:<{}}  {:>7}  {:>7}  {:>5}  {:>7}  {:>5}  {:>8}  {:>10}  {:>8}\n", "merge", width, "",
+                       width, "cloud r", "cloud s", "pairs", "inliers", "ratio", "error mm", "distance m", "turn deg") +
+           text;
+  return text + refusals(merges);
 }
 
 }  // namespace onemap::daemon

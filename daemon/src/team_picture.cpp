@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "daemon/team_words.hpp"
-#include "mapping/team/link_table.hpp"
 #include "mapping/team/placed_anchors.hpp"
 
 namespace onemap::daemon {
@@ -16,7 +15,7 @@ bool in_map(const mapping::SolutionRecord* solution, const mapping::ChainId& cha
 
 }  // namespace
 
-render::TeamPicture team_picture(const mapping::TeamMap& team) {
+render::TeamPicture team_picture(const mapping::TeamMap& team, const std::vector<Merge>& merges) {
   render::TeamPicture picture;
   const std::vector<mapping::ChainId> chains = team.log().chains();
   std::vector<std::string> names;
@@ -27,12 +26,12 @@ render::TeamPicture team_picture(const mapping::TeamMap& team) {
   for (std::size_t i = 0; i < chains.size(); ++i)
     picture.robots.push_back(
         {names[i], colors[i], team.log().find(chains[i])->places.size(), in_map(solution, chains[i])});
-  const auto number = [&](const mapping::ChainId& chain) {
-    return static_cast<std::size_t>(std::ranges::find(chains, chain) - chains.begin());
+  const auto number = [&](const std::string& name) {
+    return static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
   };
-  for (const mapping::TeamLink& link : mapping::counting_links(team.log()))
-    picture.links.push_back({number(link.a), number(link.b), link.link->reason == mapping::LinkReason::accepted,
-                             link.link->inliers, link_words(link.link->reason)});
+  for (const Merge& merge : merges)
+    picture.links.push_back(
+        {number(merge.a), number(merge.b), merge.refused.empty(), merge.inliers, merge.pairs, merge.refused});
   if (solution != nullptr) picture.reference = chain_name(team.log(), solution->reference);
   return picture;
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -74,11 +75,30 @@ void move(std::vector<Vector3f>& points, const mapping::Pose& T) {
   for (Vector3f& p : points) p += T.t.cast<float>();
 }
 
-// The other's place in the scene's frame, by a robot that both have.
-const mapping::Pose* first_keyframe(const Scene& scene, const std::string& name) {
+const RobotPath* robot_with_keyframes(const Scene& scene, const std::string& name) {
   for (const RobotPath& robot : scene.robots)
-    if (robot.name == name && !robot.keyframe_poses.empty()) return &robot.keyframe_poses.front();
+    if (robot.name == name && !robot.keyframe_poses.empty()) return &robot;
   return nullptr;
+}
+
+// The motion that brings `there` to `here` best. Rotation: the one nearest to the sum of what each keyframe says and of
+// what their places say (in metres; a metre counts as much as a radian), after Umeyama.
+mapping::Pose between(const std::vector<mapping::Pose>& here, const std::vector<mapping::Pose>& there) {
+  if (here.size() != there.size()) return here.front() * there.front().inverse();  // not the same ones
+  const auto count = static_cast<double>(here.size());
+  mapping::Vector3d mean_here = mapping::Vector3d::Zero(), mean_there = mean_here;
+  for (std::size_t i = 0; i < here.size(); ++i) {
+    mean_here += here[i].t / count;
+    mean_there += there[i].t / count;
+  }
+  mapping::Matrix3d sum = mapping::Matrix3d::Zero();
+  for (std::size_t i = 0; i < here.size(); ++i)
+    sum += here[i].R * there[i].R.transpose() + (here[i].t - mean_here) * (there[i].t - mean_there).transpose();
+  const Eigen::JacobiSVD<mapping::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const double handedness = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+  const mapping::Matrix3d R =
+      svd.matrixU() * mapping::Vector3d(1, 1, handedness).asDiagonal() * svd.matrixV().transpose();
+  return {R, mean_here - R * mean_there};
 }
 
 }  // namespace
@@ -114,9 +134,9 @@ DistanceSummary summary(std::vector<float> distances, float limit_m) {
 
 Scene in_frame_of(Scene other, const Scene& scene) {
   for (const RobotPath& robot : scene.robots) {
-    const mapping::Pose *here = first_keyframe(scene, robot.name), *there = first_keyframe(other, robot.name);
+    const RobotPath *here = robot_with_keyframes(scene, robot.name), *there = robot_with_keyframes(other, robot.name);
     if (here == nullptr || there == nullptr) continue;
-    const mapping::Pose T = *here * there->inverse();
+    const mapping::Pose T = between(here->keyframe_poses, there->keyframe_poses);
     other.mesh = turned(std::move(other.mesh), T.R);
     other.points = turned(std::move(other.points), T.R);
     move(other.mesh.vertices, T);

@@ -22,9 +22,9 @@ namespace onemap::render {
 namespace {
 
 constexpr int kSamples = 4;
-// Many samples cost as much as all the rest together. Triangles as small as pixels show their edges only at the rims of
-// things; there smooth_edges() does it.
-constexpr std::size_t kTrianglesForOneSample = 600'000;
+// Four samples take two to three times as long. Triangles of a few pixels show their edges only at the rims of things;
+// there smooth_edges() does it.
+constexpr std::size_t kTrianglesForOneSample = 50'000;
 constexpr float kHiddenOpacity = 0.2f;  // of a path behind the map
 constexpr float kPointOverlap = 1.25f;  // side of a point / spacing that closes a surface seen head-on
 
@@ -235,22 +235,24 @@ void EglRenderer::draw_strokes(const std::vector<Stroke>& strokes, float hidden_
   glVertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, kStride, at_byte(offsetof(Stroke, to)));
   glVertexAttribPointer(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, kStride, at_byte(offsetof(Stroke, color)));
   glVertexAttribPointer(3, 1, GL_FLOAT, GL_FALSE, kStride, at_byte(offsetof(Stroke, width_px)));
-  const auto draw = [&](float opacity) {
+  const auto draw = [&](float opacity, bool smooth_rim) {
     glUniform1f(uniform(stroke_, "opacity"), opacity);
+    glUniform1i(uniform(stroke_, "smooth_rim"), smooth_rim ? 1 : 0);
     glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(strokes.size()));
   };
-  // What the map hides shines through faintly; the stencil keeps overlapping strokes from adding up.
+  // What the map hides shines through faintly; the stencil keeps overlapping strokes from adding up, and lets none have
+  // a rim that would keep the next one out.
   if (hidden_opacity > 0) {
     glClear(GL_STENCIL_BUFFER_BIT);
     glDepthFunc(GL_GREATER);
     glEnable(GL_STENCIL_TEST);
     glStencilFunc(GL_EQUAL, 0, 0xFF);
     glStencilOp(GL_KEEP, GL_KEEP, GL_INCR);
-    draw(hidden_opacity);
+    draw(hidden_opacity, false);
     glDisable(GL_STENCIL_TEST);
     glDepthFunc(GL_LESS);
   }
-  draw(1.0f);
+  draw(1.0f, true);
 }
 
 // The shapes write no depth: their layers are in the order of drawing.

@@ -27,13 +27,25 @@ void draw_centred(Image& image, Point middle, float room_px, const std::string& 
   draw_text(image, {middle.x - 0.5f * text_width_px(text, fit), middle.y}, text, fit, color);
 }
 
+// With which the maps, a third wider than high, are largest.
+int best_columns(int count, const Style& style) {
+  int best = 1, best_size = 0;
+  for (int columns = 1; columns <= count; ++columns) {
+    const int rows = (count + columns - 1) / columns;
+    const int size = std::min(style.width_px / columns * 3 / 4, style.height_px / rows * 9 / 10);
+    if (size <= best_size) continue;
+    best_size = size;
+    best = columns;
+  }
+  return best;
+}
+
 }  // namespace
 
 Result<Image> draw_side_by_side(Renderer& renderer, std::span<const Scene> maps, const Style& style) {
   if (maps.empty()) return Error{"picture", "no maps to put beside each other"};
   const int count = static_cast<int>(maps.size());
-  int columns = count;
-  while (columns > 1 && style.width_px / columns < style.height_px * columns / count * 3 / 4) --columns;
+  const int columns = best_columns(count, style);
   const int rows = (count + columns - 1) / columns;
   Image picture(style.width_px, style.height_px, style.background);
   Style tile = style;
@@ -43,6 +55,9 @@ Result<Image> draw_side_by_side(Renderer& renderer, std::span<const Scene> maps,
   if (tile.width_px < 8 || tile.height_px < 8)
     return Error{"picture",
                  fmt::format("{} x {} pixels are too few for {} maps", style.width_px, style.height_px, count)};
+  const float smaller = std::clamp(static_cast<float>(tile.width_px) / 900, 0.7f, 1.0f);  // ways do not hide the map
+  tile.path_width_px *= smaller;
+  tile.marker_width_px *= smaller;
   const auto wide = static_cast<float>(tile.width_px), text = 0.34f * static_cast<float>(caption);
   for (int i = 0; i < count; ++i) {
     const Scene& scene = maps[static_cast<std::size_t>(i)];

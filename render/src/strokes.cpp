@@ -27,7 +27,7 @@ void add_dot(const glm::vec3& at, const Color& color, float width_px, std::vecto
 void add_trajectory(const RobotPath& robot, const Camera& camera, const Style& style, PathShapes& out) {
   const auto& poses = robot.poses.empty() ? robot.keyframe_poses : robot.poses;
   if (poses.empty() || style.path_width_px <= 0) return;
-  const float width_px = style.path_width_px, seam_px = 0.35f * width_px + 0.8f;
+  const float width_px = style.path_width_px, seam_px = std::min(0.66f * width_px, 0.35f * width_px + 0.8f);
   glm::vec3 last = to_glm(poses.front().t);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const glm::vec3 p = to_glm(poses[i].t);

@@ -11,6 +11,8 @@ namespace {
 
 constexpr Color kPaper{250, 250, 250}, kInk{35, 38, 42}, kSoft{120, 125, 132}, kGood{60, 150, 80}, kBad{205, 65, 55};
 
+constexpr float kCountAt = 0.28f;  // of a link's length: farther on others cross it
+
 // Where things stand in a picture of a size.
 struct Layout {
   Layout(const Image& image, std::size_t robots)
@@ -49,13 +51,13 @@ void draw_centred(Image& image, Point middle, const std::string& text, float hei
 void draw_link(Image& image, const Layout& at, const TeamPicture::Link& link) {
   const Point a = at.robot(link.a), b = at.robot(link.b);
   if (!link.accepted) return draw_broken(image, a, b, kBad, 2 * at.unit, 9 * at.unit);
-  const float width = std::clamp(1.2f * std::sqrt(static_cast<float>(link.inliers)) / 6, 2.0f, 12.0f);
+  const float width = std::clamp(std::sqrt(static_cast<float>(link.inliers)) / 8, 2.0f, 12.0f);
   draw_line(image, a, b, kGood, width * at.unit);
 }
 
 void draw_count(Image& image, const Layout& at, const TeamPicture::Link& link) {
   if (!link.accepted) return;
-  const Point middle = between(at.robot(link.a), at.robot(link.b), 0.5f);
+  const Point middle = between(at.robot(link.a), at.robot(link.b), kCountAt);
   const std::string text = fmt::format("{}", link.inliers);
   const float height = 15 * at.unit, wide = text_width_px(text, height);
   fill_rectangle(image, static_cast<int>(middle.x - 0.5f * wide - 6 * at.unit),
@@ -71,11 +73,25 @@ void draw_robot(Image& image, const Layout& at, std::size_t i, const TeamPicture
   fill_disc(image, place, radius + 4 * at.unit, kPaper);
   fill_disc(image, place, radius, robot.color, robot.in_map ? 1.0f : 0.35f);
   if (robot.name == team.reference) draw_circle(image, place, radius + 6 * at.unit, kInk, 2 * at.unit);
-  const float side = place.y < at.centre.y ? -1.0f : 1.0f;
-  const Point below{place.x, place.y + side * (radius + 20 * at.unit)};
-  draw_centred(image, below, robot.name, 15 * at.unit, kInk);
-  draw_centred(image, {below.x, below.y + side * 20 * at.unit}, fmt::format("{} keyframes", robot.keyframes),
-               11 * at.unit, kSoft);
+  // Outwards of it, where no link is.
+  const std::string keyframes = fmt::format("{} keyframes", robot.keyframes);
+  const float name_px = 15 * at.unit, small_px = 11 * at.unit, beyond = radius + 12 * at.unit;
+  const float half_wide = 0.5f * std::max(text_width_px(robot.name, name_px), text_width_px(keyframes, small_px));
+  const float x = (place.x - at.centre.x) / at.radius, y = (place.y - at.centre.y) / at.radius;
+  const Point block{place.x + x * (beyond + half_wide), place.y + y * (beyond + 18 * at.unit)};
+  draw_centred(image, {block.x, block.y - 10 * at.unit}, robot.name, name_px, kInk);
+  draw_centred(image, {block.x, block.y + 11 * at.unit}, keyframes, small_px, kSoft);
+}
+
+// In one line, as large as it may be.
+void draw_link_words(Image& image, Point at, float height_px, const TeamPicture& team, const TeamPicture::Link& link) {
+  const std::string pair = fmt::format("{} - {}:  ", team.robots[link.a].name, team.robots[link.b].name);
+  const std::string words = link.accepted ? fmt::format("{} inliers of {} pairs of clouds", link.inliers, link.pairs)
+                                          : "refused, " + link.reason;
+  const float room = 0.98f * static_cast<float>(image.width) - at.x;
+  const float height = height_px * std::min(1.0f, room / std::max(text_width_px(pair + words, height_px), 1.0f));
+  draw_text(image, at, pair, height, kInk);
+  draw_text(image, {at.x + text_width_px(pair, height), at.y}, words, height, link.accepted ? kGood : kBad);
 }
 
 // As many lines as there is room for, the last one says how many more there are.
@@ -94,11 +110,7 @@ void draw_list(Image& image, const Layout& at, const TeamPicture& team, const st
       draw_text(image, {left, y + line}, fmt::format("and {} more", links.size() - i), text, kSoft);
       return;
     }
-    const std::string pair = fmt::format("{} - {}: ", team.robots[link.a].name, team.robots[link.b].name);
-    draw_text(image, {left, y += line}, pair, text, kInk);
-    draw_text(image, {left + text_width_px(pair, text) + 0.8f * text, y},
-              link.accepted ? fmt::format("{} inliers", link.inliers) : "refused, " + link.reason, text,
-              link.accepted ? kGood : kBad);
+    draw_link_words(image, {left, y += line}, text, team, link);
   }
 }
 

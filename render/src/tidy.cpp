@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 namespace onemap::render {
@@ -61,14 +62,14 @@ std::vector<std::uint32_t> new_places(const TriangleMesh& mesh, std::size_t smal
   return places;
 }
 
+// In place: these arrays are most of what a map is.
 template <class T>
-std::vector<T> kept(const std::vector<T>& values, const std::vector<std::uint32_t>& places) {
-  std::vector<T> out;
-  if (values.size() != places.size()) return values;  // none, or a torn mesh: whoever draws or writes it says so
-  out.reserve(values.size());
+void keep(std::vector<T>& values, const std::vector<std::uint32_t>& places) {
+  if (values.size() != places.size()) return;  // none, or a torn mesh: whoever draws or writes it says so
+  std::size_t count = 0;
   for (std::size_t i = 0; i < values.size(); ++i)
-    if (places[i] != kNone) out.push_back(values[i]);
-  return out;
+    if (places[i] != kNone) values[count++] = values[i];
+  values.resize(count);
 }
 
 bool black(const mapping::Rgb& c) { return (c[0] | c[1] | c[2]) == 0; }
@@ -108,14 +109,16 @@ bool spread(TriangleMesh& mesh, std::vector<Sum>& sums) {
 
 }  // namespace
 
-TriangleMesh without_crumbs(const TriangleMesh& mesh, std::size_t smallest_piece) {
+TriangleMesh without_crumbs(TriangleMesh mesh, std::size_t smallest_piece) {
   if (mesh.triangles.empty()) return mesh;
   const std::vector<std::uint32_t> places = new_places(mesh, smallest_piece);
-  TriangleMesh out{kept(mesh.vertices, places), kept(mesh.normals, places), kept(mesh.colors, places), {}};
-  out.triangles.reserve(mesh.triangles.size());
-  for (const auto& t : mesh.triangles)
-    if (possible(mesh, t) && places[t[0]] != kNone) out.triangles.push_back({places[t[0]], places[t[1]], places[t[2]]});
-  return out;
+  std::erase_if(mesh.triangles, [&](const auto& t) { return !possible(mesh, t) || places[t[0]] == kNone; });
+  for (auto& triangle : mesh.triangles)
+    for (std::uint32_t& vertex : triangle) vertex = places[vertex];
+  keep(mesh.vertices, places);
+  keep(mesh.normals, places);
+  keep(mesh.colors, places);
+  return mesh;
 }
 
 void colour_black_vertices(TriangleMesh& mesh) {
@@ -127,10 +130,10 @@ void colour_black_vertices(TriangleMesh& mesh) {
   }
 }
 
-TriangleMesh tidied(const TriangleMesh& mesh, std::size_t smallest_piece) {
-  TriangleMesh out = without_crumbs(mesh, smallest_piece);
-  colour_black_vertices(out);
-  return out;
+TriangleMesh tidied(TriangleMesh mesh, std::size_t smallest_piece) {
+  mesh = without_crumbs(std::move(mesh), smallest_piece);
+  colour_black_vertices(mesh);
+  return mesh;
 }
 
 }  // namespace onemap::render

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -9,6 +8,7 @@
 #include "render/camera.hpp"
 #include "render/upright.hpp"
 #include "vectors.hpp"
+#include "viewing_side.hpp"
 
 namespace onemap::render {
 namespace {
@@ -18,25 +18,6 @@ constexpr float kMargin = 1 / (1 - 2 * 0.08f);  // 8 % of the picture stay free 
 constexpr float kStrays = 0.003f, kBeyond = 0.04f;
 constexpr float kOneWay = 0.6f;     // length of the mean viewing direction from which the cameras looked one way
 constexpr float kLookDown = 0.36f;  // tangent of the fit view's tilt
-constexpr std::array<float, 3> kLookDownAround{0.8f, 1.0f, 1.25f};
-
-// A right-handed frame to look in: x right, y up, z towards the viewer's far side.
-struct Frame {
-  glm::vec3 right, up, forward;
-};
-
-Frame make_frame(const glm::vec3& forward, const glm::vec3& up) {
-  const glm::vec3 f = glm::normalize(forward);
-  glm::vec3 right = glm::cross(f, up);
-  if (glm::length(right) < 1e-3f) right = glm::cross(f, std::abs(f.x) < 0.9f ? glm::vec3(1, 0, 0) : glm::vec3(0, 0, 1));
-  right = glm::normalize(right);
-  return {right, glm::cross(right, f), f};
-}
-
-// Any level direction.
-glm::vec3 some_level(const glm::vec3& up) {
-  return std::abs(up.z) < 0.9f ? glm::vec3(0, 0, 1) - up * up.z : glm::vec3(1, 0, 0) - up * up.x;
-}
 
 const std::vector<mapping::Vector3f>& map_points(const Scene& scene) {
   return scene.mesh.vertices.empty() ? scene.points.points : scene.mesh.vertices;
@@ -50,11 +31,6 @@ void for_each_pose(const Scene& scene, const Visit& visit) {
   for (const RobotPath& robot : scene.robots)
     for (const auto& pose : robot.keyframe_poses.empty() ? robot.poses : robot.keyframe_poses) visit(pose);
 }
-
-// A place that must be in view; normal 0: from everywhere.
-struct Sample {
-  glm::vec3 point, normal;
-};
 
 // Every n-th point so that at most kMaxSamples remain, without the strays along the frame's axes.
 std::vector<Sample> sample_map(const Scene& scene, const Frame& frame) {
@@ -70,9 +46,12 @@ std::vector<Sample> sample_map(const Scene& scene, const Frame& frame) {
   for (const glm::vec3& axis : {frame.right, frame.up, frame.forward}) {
     along.resize(samples.size());
     std::transform(samples.begin(), samples.end(), along.begin(), [&](const Sample& s) { return dot(s.point, axis); });
-    std::sort(along.begin(), along.end());
-    const auto skip = static_cast<std::size_t>(kStrays * static_cast<float>(along.size()));
-    const float low = along[skip], high = along[along.size() - 1 - skip], beyond = kBeyond * (high - low);
+    const auto skip = static_cast<std::ptrdiff_t>(kStrays * static_cast<float>(along.size()));
+    const auto from = along.begin() + skip, to = along.end() - 1 - skip;
+    std::nth_element(along.begin(), from, along.end());
+    const float low = *from;
+    std::nth_element(from, to, along.end());
+    const float high = *to, beyond = kBeyond * (high - low);
     std::erase_if(samples, [&](const Sample& s) {
       const float x = glm::dot(s.point, axis);
       return x < low - beyond || x > high + beyond;
@@ -128,8 +107,6 @@ Camera look(const Scene& scene, const glm::vec3& eye, const Frame& frame, float 
   return camera;
 }
 
-bool faces(const Sample& s, const glm::vec3& towards_eye) { return glm::dot(s.normal, towards_eye) >= 0; }
-
 glm::vec3 middle(const std::vector<glm::vec3>& points) {
   glm::vec3 sum{0};
   for (const glm::vec3& p : points) sum += p;
@@ -153,24 +130,6 @@ Camera see_all(const Scene& scene, const std::vector<Sample>& samples, const Fra
   return look(scene, eye, frame, std::max(distance, 0.2f));
 }
 
-struct Box {
-  glm::vec3 low{std::numeric_limits<float>::max()}, high{-std::numeric_limits<float>::max()};
-  void add(const glm::vec3& p) {
-    low = glm::min(low, p);
-    high = glm::max(high, p);
-  }
-};
-
-// In the frame's own axes, of what faces the viewer.
-Box seen_box(const std::vector<Sample>& samples, const Frame& frame) {
-  Box box;
-  for (const Sample& s : samples)
-    if (faces(s, -frame.forward))
-      box.add({glm::dot(s.point, frame.right), glm::dot(s.point, frame.up), glm::dot(s.point, frame.forward)});
-  if (box.low.x > box.high.x) box.add(glm::vec3(0.0f));
-  return box;
-}
-
 Camera see_plan(const Scene& scene, const std::vector<Sample>& samples, const Frame& frame, float aspect) {
   const Box box = seen_box(samples, frame);
   const glm::vec3 size = box.high - box.low, centre = 0.5f * (box.low + box.high);
@@ -191,48 +150,6 @@ glm::vec3 common_forward(const Scene& scene, const glm::vec3& up) {
   });
   if (count == 0) forward = glm::normalize(some_level(up)), count = 1;
   return glm::length(forward) > std::max(kOneWay * count, 1e-3f) ? glm::normalize(forward) : glm::vec3(0);
-}
-
-// Of directions all around, the one from which most surface is seen in a picture that it fills.
-Frame best_side(const std::vector<Sample>& samples, const glm::vec3& up, float aspect) {
-  const Frame first = make_frame(some_level(up), up);
-  Frame best = first;
-  float best_score = -1;
-  for (int i = 0; i < 36 * static_cast<int>(kLookDownAround.size()); ++i) {
-    const float angle = 0.17453293f * static_cast<float>(i % 36);
-    const glm::vec3 level = std::cos(angle) * first.forward + std::sin(angle) * first.right;
-    const Frame frame = make_frame(level - kLookDownAround[static_cast<std::size_t>(i / 36)] * first.up, first.up);
-    const Box box = seen_box(samples, frame);
-    const float width = std::max(box.high.x - box.low.x, 0.01f), height = std::max(box.high.y - box.low.y, 0.01f);
-    const float scale = std::min(aspect / width, 1 / height);
-    float surface = 0;
-    for (const Sample& s : samples) surface += std::max(0.0f, -glm::dot(s.normal, frame.forward));
-    if (surface * scale * scale <= best_score) continue;
-    best_score = surface * scale * scale;
-    best = frame;
-  }
-  return best;
-}
-
-// For a view from above: of the directions within a quarter turn of `away`, that which stands upright in a picture that
-// the map fills best. Rooms are then parallel to the picture's rims.
-Frame from_above(const std::vector<Sample>& samples, const glm::vec3& up, const glm::vec3& away, float aspect) {
-  std::vector<Sample> some;
-  for (std::size_t i = 0; i < samples.size(); i += samples.size() / 4000 + 1) some.push_back(samples[i]);
-  const Frame first = make_frame(-up, away);
-  Frame best = first;
-  float best_scale = 0;
-  for (int i = 0; i < 180; ++i) {  // the nearest to `away` first
-    const float angle = 0.017453293f * static_cast<float>(i % 2 == 0 ? i / 2 : -(i + 1) / 2);
-    const Frame frame = make_frame(-up, std::cos(angle) * first.up + std::sin(angle) * first.right);
-    const Box box = seen_box(some, frame);
-    const float width = std::max(box.high.x - box.low.x, 0.01f), height = std::max(box.high.y - box.low.y, 0.01f);
-    const float scale = std::min(aspect / width, 1 / height);
-    if (scale <= 1.001f * best_scale) continue;
-    best_scale = scale;
-    best = frame;
-  }
-  return best;
 }
 
 // From behind (and above) one camera pose.

@@ -1,7 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "daemon/fleet/fleet.hpp"
 #include "daemon/fleet/log_tail.hpp"
@@ -60,6 +62,36 @@ TEST(FleetReport, WhatWasRefusedStandsBelowTheTable) {
                     HasSubstr("robot1: refused from the network: bad_frame 3, id_\\x1b[31mconflict 1")));
 }
 
+Merge merge_of(const std::string& a, const std::string& b, const std::string& refused = "") {
+  return {a, b, refused, 12, 40, 18, 812, 0.345, 12.34, 1.25, 34.1};
+}
+
+// The paper's figure 9: which clouds joined two robots' maps, how many agree, where the one's reference is in the
+// other.
+TEST(FleetReport, TellsOfEachPairWhatJoinedItOrWhyNot) {
+  Report first = report_of("robot1", 7);
+  first.merges = {merge_of("robot1", "robot2"), merge_of("robot1", "robot3", "too few matches")};
+  const Report team = join_reports({first, report_of("robot2", 7)}, true);
+  EXPECT_EQ(to_table(team.merges),
+            "merge           cloud r  cloud s  pairs  inliers  ratio  error mm  distance m  turn deg\n"
+            "robot1  robot2       12       40     18      812   0.34      12.3        1.25      34.1\n"
+            "robot1 and robot3 are not joined: too few matches\n");
+  EXPECT_THAT(to_text(team, "out"), HasSubstr("\n\n" + to_table(team.merges) + "\nmaps equal"));
+  const auto json = nlohmann::json::parse(to_json(team));
+  EXPECT_EQ(json["merges"][0]["inliers"], 812);
+  EXPECT_EQ(json["merges"][0]["joined"], true);
+  EXPECT_EQ(json["merges"][1]["refused"], "too few matches");
+  EXPECT_EQ(to_json(*report_from_json(to_json(team), "")), to_json(team));
+  EXPECT_EQ(to_table(std::vector<Merge>{}), "");
+}
+
+TEST(FleetReport, OfManyRefusedPairsTenAreNamed) {
+  std::vector<Merge> merges(13, merge_of("robot1", "robot2", "too few matches"));
+  const std::string table = to_table(merges);
+  EXPECT_EQ(std::ranges::count(table, '\n'), 11);
+  EXPECT_THAT(table, HasSubstr("and 3 more pairs"));
+}
+
 TEST(FleetReport, ForeignTextInItIsText) {
   Report report = report_of("robot1", 7);
   report.robots[0].camera = "replay:\xff\n";
@@ -81,6 +113,21 @@ TEST(FleetText, ListsTheFilesThatAreThere) {
                           Not(HasSubstr("global.png")), Not(HasSubstr("glb"))));
   EXPECT_THAT(to_text(team, out.path().string() + "/none"),
               AllOf(Not(HasSubstr("pictures")), Not(HasSubstr("models"))));
+}
+
+TEST(FleetText, NoLineIsWiderThanATerminal) {
+  const test::TempFolder out;
+  for (const char* map : {"local", "global"})
+    for (const char* kind : {".png", ".glb", ".ply", ".pcd"}) out.write("robot1/" + std::string(map) + kind, "x");
+  Report team = join_reports({report_of("robot1", 7)}, true);
+  team.merges = {merge_of("robot10", "robot11")};
+  std::istringstream text(to_text(team, out.path().string()));
+  int models = 0;
+  for (std::string line; std::getline(text, line);) {
+    EXPECT_LE(line.size(), Progress::kColumns) << line;
+    for (std::size_t at = 0; (at = line.find("robot1/", at)) != std::string::npos; ++at) ++models;
+  }
+  EXPECT_EQ(models, 8);
 }
 
 TEST(FleetProgress, ShowsTheKeyframesThatThereAre) {

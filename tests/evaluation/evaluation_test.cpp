@@ -227,6 +227,37 @@ void expect_near(const nlohmann::json& ours, const nlohmann::json& judge, const 
   }
 }
 
+// A floor at z = 0 in the truth's frame, of which the map has points 1 to 100 mm above it.
+TEST(Surface, ErrorIsTheDistanceFromTheTrueSurfaceInTheTruthsFrame) {
+  std::vector<Eigen::Vector3f> points;
+  for (int i = 1; i <= 100; ++i)
+    points.push_back((kElsewhere.inverse() * Eigen::Vector3d(0.1 * i, 2, 0.001 * i)).cast<float>());
+  const auto floor = [](const std::array<double, 3>& at) { return std::abs(at[2]); };
+  const SurfaceEvaluation surface = evaluate_surface(points, kElsewhere, floor);
+  EXPECT_EQ(surface.points, 100u);
+  EXPECT_NEAR(surface.rms, 0.0581, 1e-4);  // sqrt(101 * 201 / 6) mm
+  EXPECT_NEAR(surface.median, 0.051, 1e-4);
+  EXPECT_NEAR(surface.p95, 0.096, 1e-4);
+  EXPECT_NEAR(surface.off, 0.70, 0.011);
+  TeamEvaluation team;
+  EXPECT_EQ(to_table(team, {}).find("surface"), std::string::npos);
+  team.surface = surface;
+  EXPECT_NE(to_table(team, {}).find("surface: 100 points, 0.0582 m rms, median 0.0510 m, 95 % within 0.0960 m, "),
+            std::string::npos)
+      << to_table(team, {});
+  EXPECT_NEAR(nlohmann::json::parse(to_json(team)).at("surface").at("rms").get<double>(), surface.rms, 1e-9);
+}
+
+// A robot that hardly moved, its places noisy by a millimetre: they do not say which way is up, the gazes do.
+TEST(Surface, TheFrameIsThatOfPlacesAndGazes) {
+  Trajectory truth = curve(30, 60, 0);
+  for (TimedPose& pose : truth) pose.T_world_camera.translation() *= 0.002;
+  const auto result = evaluate({robot("a", disturbed(truth, kElsewhere, 0.001, 0, 0, 3), truth)}, {});
+  ASSERT_TRUE(result.ok());
+  const Isometry3d off = result->T_truth_estimate * kElsewhere;
+  EXPECT_LT(Eigen::AngleAxisd(off.linear()).angle(), 0.002);
+}
+
 TEST(EvaluationProgram, TheTableSaysItsUnits) {
   const Trajectory truth = curve(30, 200, 0);
   const auto result = evaluate({robot("a", disturbed(truth, kElsewhere, 0, 0, 0, 1), truth)}, {});

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "render/upright.hpp"
 #include "room_scene.hpp"
 
 namespace onemap::render {
@@ -94,6 +95,24 @@ TEST(Viewpoint, fit_stands_behind_and_above_the_cameras_and_top_straight_above) 
   const Camera top = make_camera(scene, View::top, kAspect);
   EXPECT_GT(glm::normalize(top.target - top.eye).y, 0.999f);
   EXPECT_GT(std::max(std::abs(top.up.z), std::abs(top.up.x)), 0.99f) << "walls lie along the rims";
+}
+
+// A long room that lies askew in its frame, seen all around from its middle: the picture's floor lines are level.
+TEST(Viewpoint, a_dolls_house_is_seen_along_its_walls) {
+  for (const double turn : {0.0, 0.3, 0.61, 1.2}) {
+    Scene scene;
+    test::add_box(scene.mesh, {-4, -1, -1}, {4, 1.4f, 1}, true, 8, {});
+    const mapping::Matrix3d R = test::level_pose(0, 0, 0, turn).R;
+    scene.mesh = turned(std::move(scene.mesh), R);
+    scene.robots.resize(1);
+    for (int i = 0; i < 8; ++i)
+      scene.robots[0].keyframe_poses.push_back(test::level_pose(0, 0, 0, i * 0.7853981634 + turn));
+    const Camera fit = make_camera(scene, View::fit, kAspect);
+    const glm::vec3 right = glm::normalize(glm::cross(fit.target - fit.eye, fit.up));
+    const mapping::Vector3d wall = R.col(0);  // the long one's direction
+    const double along = std::abs(right.x * wall.x() + right.y * wall.y() + right.z * wall.z());
+    EXPECT_GT(along, 0.9998) << turn;
+  }
 }
 
 TEST(Viewpoint, a_few_stray_points_do_not_move_the_camera) {

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "picture.hpp"
+#include "render/compare.hpp"
 #include "render/gltf_writer.hpp"
 #include "render/ply_reader.hpp"
 #include "render/ply_writer.hpp"
@@ -126,6 +127,54 @@ TEST_F(OnemapView, draws_sequences_that_ffmpeg_takes) {
   ASSERT_EQ(ran.status, 0) << ran.output;  // 61 places: 0, 30, 60 of each robot
   EXPECT_TRUE(std::filesystem::exists(folder_ / "way_robot3_0002.png")) << ran.output;
   EXPECT_FALSE(std::filesystem::exists(folder_ / "way_robot3_0003.png"));
+}
+
+TEST_F(OnemapView, draws_pictures_for_papers_and_several_views_at_once) {
+  if (!open_egl_renderer()) GTEST_SKIP() << "no EGL driver that draws without a display";
+  const std::string start = (folder_ / "room.glb") + " --size 320x240 --plain --png ";
+  const Color color = scene_.robots[0].color;
+  const auto pixels = [&](const std::string& more) {
+    const Ran ran = view(start + (folder_ / "p.png") + more);
+    EXPECT_EQ(ran.status, 0) << ran.output;
+    const Image image = test::read_png(folder_ / "p.png");
+    EXPECT_EQ(image.at(2, 2), more.find("white") != std::string::npos ? (Color{255, 255, 255}) : Style().background);
+    std::size_t count = 0;
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x) count += image.at(x, y) == color ? 1 : 0;
+    return count;
+  };
+  const std::size_t none = pixels(" --background white --path-width 0"), thin = pixels("");
+  EXPECT_GT(thin, none + 20);
+  EXPECT_GT(pixels(" --background white --path-width 8"), 2 * thin);
+  const Ran ran = view(start + (folder_ / "v.png") + " --views fit top plan");
+  ASSERT_EQ(ran.status, 0) << ran.output;
+  const Image fit = test::read_png(folder_ / "v_fit.png"), top = test::read_png(folder_ / "v_top.png"),
+              plan = test::read_png(folder_ / "v_plan.png");
+  EXPECT_GT(test::compare(fit, top).mean, 5);
+  EXPECT_GT(test::compare(top, plan).mean, 1);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "v.png"));
+}
+
+TEST_F(OnemapView, the_scale_of_a_comparison_and_the_legend_are_drawn) {
+  if (!open_egl_renderer()) GTEST_SKIP() << "no EGL driver that draws without a display";
+  const std::string start = (folder_ / "room.glb") + " --size 320x240 --png ";
+  const auto picture = [&](const std::string& more) {
+    const Ran ran = view(start + (folder_ / "p.png") + more);
+    EXPECT_EQ(ran.status, 0) << ran.output;
+    return test::read_png(folder_ / "p.png");
+  };
+  const Image plain = picture(" --plain"), legend = picture("");
+  EXPECT_GT(test::compare(plain, legend).mean, 1);
+  const Image compared = picture(" --plain --compare " + (folder_ / "room.ply"));
+  const mapping::Rgb limit = distance_color(0.05f, 0.05f);
+  const auto count = [&](const mapping::Rgb& color, int x0, int x1) {
+    std::size_t n = 0;
+    for (int y = 0; y < compared.height; ++y)
+      for (int x = x0; x < x1; ++x) n += compared.at(x, y) == color ? 1 : 0;
+    return n;
+  };
+  EXPECT_GT(count(limit, 250, 320), 0u) << "at the top of the scale, though nothing in the map is that far";
+  EXPECT_EQ(count(limit, 0, 250), 0u);
 }
 
 TEST_F(OnemapView, compares_two_maps_and_puts_maps_beside_each_other) {

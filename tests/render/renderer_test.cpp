@@ -229,6 +229,32 @@ TEST_F(Drawing, hollows_are_darker_and_planes_are_not) {
   EXPECT_EQ(cued.at(160, 120)[0] == cued.at(80, 120)[0], true) << "the same along the line";
 }
 
+// A wall as a depth camera measures it from four metres: bumps of up to 2 cm, a hand wide.
+TEST_F(Drawing, a_walls_noise_is_no_stain) {
+  Scene scene;
+  constexpr std::uint32_t kSide = 61;
+  for (std::uint32_t y = 0; y < kSide; ++y)
+    for (std::uint32_t x = 0; x < kSide; ++x) {
+      const auto bump = static_cast<float>((x * 7919 + y * 104729 + x * y * 31) % 41) / 41.0f - 0.5f;
+      scene.mesh.vertices.emplace_back(0.06f * static_cast<float>(x) - 1.8f, 0.06f * static_cast<float>(y) - 1.8f,
+                                       4 + 0.04f * bump);
+      scene.mesh.colors.push_back({200, 200, 200});
+    }
+  for (std::uint32_t y = 0; y + 1 < kSide; ++y)
+    for (std::uint32_t x = 0; x + 1 < kSide; ++x) {
+      const std::uint32_t a = y * kSide + x;
+      scene.mesh.triangles.push_back({a, a + 1, a + kSide});
+      scene.mesh.triangles.push_back({a + 1, a + kSide + 1, a + kSide});
+    }
+  style_.both_sides = true;
+  const Camera camera = camera_at({0, 0, 0}, {0, 0, 4});
+  const Image flat = draw(scene, camera);
+  style_.depth_cues = Style().depth_cues;
+  const auto stains = test::compare(flat, draw(scene, camera));
+  EXPECT_LT(stains.mean, 3);  // of 200
+  EXPECT_LT(stains.outliers, 0.05);
+}
+
 TEST_F(Drawing, every_robot_has_one_colour_in_every_picture) {
   const std::vector<std::string> team{"robot2", "robot1", "robot3"};
   const auto colors = robot_colors(team);

@@ -5,6 +5,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "distance.hpp"
 #include "hal/backends/simulated.hpp"
 #include "hal/frame_pool.hpp"
 #include "mapping/local/ray_table.hpp"
@@ -98,36 +99,6 @@ void sample_triangles(const mapping::TriangleMesh& mesh, double step_m, Fn&& fn)
   }
 }
 
-// How far a place is from the nearest surface of a room, from its formulas.
-inline double distance_to(const hal::simulated::Scene& scene, const mapping::Vector3d& at) {
-  using hal::simulated::Vec3;
-  const Vec3 p{at[0], at[1], at[2]};
-  double least = 1e9;
-  for (const auto& patch : scene.patches) {
-    const Vec3 off = p - patch.origin;
-    double u = dot(off, patch.axis_u), v = dot(off, patch.axis_v);
-    const double out = dot(off, cross(patch.axis_u, patch.axis_v));
-    if (std::abs(out) >= least) continue;
-    double du = u - std::clamp(u, 0.0, patch.size_u), dv = v - std::clamp(v, 0.0, patch.size_v);
-    if (patch.round) {
-      const double r = patch.size_u / 2, x = u - r, y = v - r, d = std::max(0.0, std::sqrt(x * x + y * y) - r);
-      du = d, dv = 0;
-    }
-    least = std::min(least, std::sqrt(out * out + du * du + dv * dv));
-  }
-  for (const auto& c : scene.curved) {
-    const Vec3 off = p - c.base;
-    if (c.height > 0) {
-      const double side = std::sqrt(off.x * off.x + off.y * off.y) - c.radius;
-      const double above = off.z - std::clamp(off.z, 0.0, c.height);
-      least = std::min(least, std::sqrt(side * side + above * above));
-    } else {
-      least = std::min(least, std::abs(std::sqrt(dot(off, off)) - c.radius));
-    }
-  }
-  return least;
-}
-
 // The places that the cameras of an address could have seen, a centimetre apart: what an exact camera measures there.
 inline PointSet visible_surface(std::string text, std::size_t every, double least_m, double most_m) {
   text += text.find('?') == std::string::npos ? "?noise=none" : "&noise=none";
@@ -162,7 +133,7 @@ inline SurfaceScore judge(const mapping::TriangleMesh& mesh, const hal::simulate
   sample_triangles(mesh, 0.005, [&](const mapping::Vector3d& p) { surface.add(p); });
   double sum = 0, far = 0;
   surface.for_each([&](const mapping::Vector3d& p) {
-    const double d = distance_to(scene, p);
+    const double d = hal::simulated::distance_to(scene, {p[0], p[1], p[2]});
     sum += d * d;
     far += d > 0.03;
   });

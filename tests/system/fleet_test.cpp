@@ -120,7 +120,8 @@ TEST(FleetTest, AStoppedFleetStopsItsRobotsAndReports) {
 TEST(FleetTest, ARobotThatCannotStartShowsItsLog) {
   const TempFolder folder;
   std::filesystem::create_directories(folder / "out/robot2");
-  folder.write("out/robot2/local.png", "of an earlier run");
+  for (const char* file : {"local.png", "team.png", "matches/000001-000010.png"})
+    folder.write("out/robot2/" + std::string(file), "of an earlier run");
   EXPECT_EQ(
       test::run("onemap-fleet",
                 {"--robot", "simulated:office?frames=20", "--robot", "replay:/nonexistent", "--out", folder / "out"},
@@ -129,7 +130,8 @@ TEST(FleetTest, ARobotThatCannotStartShowsItsLog) {
   const std::string text = test::text_of(folder / "fleet.txt");
   EXPECT_THAT(text, AllOf(HasSubstr("robot2 ended too early with exit status 1"),
                           HasSubstr("  robot2: camera address 'replay:/nonexistent': no folder '/nonexistent'"),
-                          Not(HasSubstr("robot2/local.png"))));
+                          Not(HasSubstr("robot2/local.png")), Not(HasSubstr("robot2/team.png"))));
+  EXPECT_FALSE(std::filesystem::exists(folder / "out/robot2/matches"));
   const auto report = test::read_json(folder / "out/report.json");
   EXPECT_EQ(report.at("robots").at(1).at("failed"), "ended too early with exit status 1");
   EXPECT_EQ(report.at("robots").at(1).at("camera"), "replay:/nonexistent");

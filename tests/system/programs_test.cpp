@@ -56,6 +56,44 @@ TEST(Programs, EachSaysItsVersionAndHelp) {
   }
 }
 
+TEST(Programs, HelpHasExamplesAndFitsATerminal) {
+  const TempFolder folder;
+  for (const std::string program :
+       {"onemapd", "onemap-fleet", "onemap-view", "onemap-eval", "onemap-calibrate", "onemapctl"}) {
+    const Ran help = run(folder, program, {"--help"});
+    EXPECT_THAT(help.text, HasSubstr("Examples:\n  " + program + " "));
+    std::istringstream lines(help.text);
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << program << ": " << line;
+  }
+}
+
+// A map is judged by the room that it is of; by another room it is wrong.
+TEST(Programs, EvalJudgesAMapByTheSimulatedRoom) {
+  const TempFolder folder;
+  ASSERT_EQ(once(folder, {}).status, 0);
+  const auto judge = [&](const std::string& truth, const std::string& map) {
+    return run(folder, "onemap-eval", {folder / "out/trajectory.txt", truth, "--surface", folder / map, "--json"});
+  };
+  for (const char* map : {"out/local.glb", "out/local.ply"}) {
+    const Ran good = judge(kCamera, map);
+    ASSERT_EQ(good.status, 0) << good.text;
+    const auto surface = nlohmann::json::parse(good.text).at("surface");
+    EXPECT_GT(surface.at("points").get<int>(), 10000);
+    EXPECT_LT(surface.at("median").get<double>(), 0.006) << map;
+    EXPECT_LT(surface.at("off").get<double>(), 0.05) << map;
+  }
+  std::string other = kCamera;
+  other.replace(other.find("living-room"), 11, "storage");
+  const Ran wrong = judge(other, "out/local.glb");
+  EXPECT_TRUE(wrong.status != 0 || nlohmann::json::parse(wrong.text).at("surface").at("median").get<double>() > 0.02)
+      << wrong.text;
+  folder.write("groundtruth.txt", test::text_of(folder / "out/trajectory.txt"));
+  const Ran recorded = judge(folder / "groundtruth.txt", "out/local.glb");
+  EXPECT_EQ(recorded.status, 1);
+  EXPECT_THAT(recorded.text, HasSubstr("known of simulated rooms only"));
+  EXPECT_THAT(judge(kCamera, "out/trajectory.txt").text, HasSubstr("neither a .ply nor a .glb"));
+}
+
 TEST(Programs, TheExampleConfigurationIsOneThatWorks) {
   const TempFolder folder;
   const Ran example = run(folder, "onemapd", {"--help-config"});

@@ -58,9 +58,17 @@ TEST(Team, ThreeRobotsEndWithEqualMaps) {
   EXPECT_GT(report.at("merge_ms").get<int>(), 0);
   for (const char* knower : {"robot1", "robot2", "robot3"})
     EXPECT_LT(global_ate(out, knower, {"robot1", "robot2", "robot3"}), 0.05) << knower;
-  for (const char* file :
-       {"local.png", "local.glb", "global.png", "global.glb", "global.ply", "global.pcd", "map.yaml", "trajectory.txt"})
+  for (const char* file : {"local.png", "local.glb", "global.png", "global.glb", "global.ply", "global.pcd", "map.yaml",
+                           "trajectory.txt", "team.png"})
     EXPECT_TRUE(std::filesystem::exists(out / ("robot3/" + std::string(file)))) << file;
+  const auto& merges = report.at("merges");
+  ASSERT_EQ(merges.size(), 3u);
+  for (const auto& merge : merges) {
+    EXPECT_TRUE(merge.at("joined").get<bool>()) << merge;
+    EXPECT_GT(merge.at("inliers").get<int>(), 30) << merge;
+    EXPECT_GT(merge.at("distance_m").get<double>(), 0.1) << "they begin at different places";
+  }
+  EXPECT_THAT(test::text_of(out / "fleet.txt"), testing::HasSubstr("\nrobot1  robot2 "));
 }
 
 // At the recordings' own pace the robots find each other while they still map.
@@ -96,6 +104,7 @@ TEST(Team, AStrangerRelaysAndStaysOutOfTheMap) {
   EXPECT_FALSE(robots.at(1).at("in_global_map").get<bool>());
   EXPECT_TRUE(robots.at(2).at("in_global_map").get<bool>());
   EXPECT_FALSE(std::filesystem::exists(out / "robot1/global/robot2.txt"));
+  EXPECT_THAT(test::text_of(out / "fleet.txt"), testing::HasSubstr("robot1 and robot2 are not joined: "));
   EXPECT_LT(global_ate(out, "robot2", {"robot1", "robot3"}), 0.05) << "the stranger knows the others' map too";
 }
 

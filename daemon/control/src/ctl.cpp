@@ -14,6 +14,7 @@
 #include "control/socket_place.hpp"
 #include "control/team_commands.hpp"
 #include "control/words.hpp"
+#include "control/wrapped.hpp"
 #include "hal/base/text.hpp"
 
 namespace onemap::control {
@@ -305,7 +306,7 @@ int run_ctl(int argc, char** argv) {
       line.app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {
       const auto chosen = line.app.get_subcommands();
-      return show(chosen.empty() ? line.app.help() : chosen[0]->help("onemapctl"))
+      return show(wrapped(chosen.empty() ? line.app.help() : chosen[0]->help("onemapctl")))
                  ? 0
                  : complain(CtlExit::refused, "standard output cannot be written to");
     } catch (const CLI::CallForVersion& version) {

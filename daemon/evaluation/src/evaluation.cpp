@@ -82,6 +82,27 @@ double median(const Eigen::VectorXd& v) {
   return (sorted[(n - 1) / 2] + sorted[n / 2]) / 2;
 }
 
+// As the public align(), with a sum of rotations R_b_a that count as well: a metre of places as much as a radian.
+Eigen::Isometry3d align(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b, const Eigen::Matrix3d& rotations) {
+  const Eigen::Vector3d mean_a = a.rowwise().mean(), mean_b = b.rowwise().mean();
+  const Eigen::Matrix3d covariance = (b.colwise() - mean_b) * (a.colwise() - mean_a).transpose() + rotations;
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  // Eq. 39 and 43: a reflection is undone along the weakest direction.
+  const double handedness = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+  Eigen::Isometry3d T_b_a = Eigen::Isometry3d::Identity();
+  T_b_a.linear() = svd.matrixU() * Eigen::Vector3d(1, 1, handedness).asDiagonal() * svd.matrixV().transpose();
+  T_b_a.translation() = mean_b - T_b_a.linear() * mean_a;
+  return T_b_a;
+}
+
+Eigen::Matrix3d rotations_of(const RobotTrajectories& robot, const std::vector<Match>& matches) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const Match& m : matches)
+    sum +=
+        robot.truth[m.truth].T_world_camera.linear() * robot.estimate[m.estimate].T_world_camera.linear().transpose();
+  return sum;
+}
+
 // Root mean squares of the error of the motion from each match to the first that is delta later by the truth's clock.
 std::optional<RelativeError> relative_error(const RobotTrajectories& robot, const std::vector<Match>& matches,
                                             double delta_s) {
@@ -112,21 +133,14 @@ std::optional<RelativeError> relative_error(const RobotTrajectories& robot, cons
 }  // namespace
 
 Eigen::Isometry3d align(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
-  const Eigen::Vector3d mean_a = a.rowwise().mean(), mean_b = b.rowwise().mean();
-  const Eigen::Matrix3d covariance = (b.colwise() - mean_b) * (a.colwise() - mean_a).transpose();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  // Eq. 39 and 43: a reflection is undone along the weakest direction.
-  const double handedness = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-  Eigen::Isometry3d T_b_a = Eigen::Isometry3d::Identity();
-  T_b_a.linear() = svd.matrixU() * Eigen::Vector3d(1, 1, handedness).asDiagonal() * svd.matrixV().transpose();
-  T_b_a.translation() = mean_b - T_b_a.linear() * mean_a;
-  return T_b_a;
+  return align(a, b, Eigen::Matrix3d::Zero());
 }
 
 Result<TeamEvaluation> evaluate(const std::vector<RobotTrajectories>& team, const EvaluationSettings& settings) {
   assert(!team.empty());
   TeamEvaluation result;
   std::vector<MatchedPositions> parts;
+  Eigen::Matrix3d rotations = Eigen::Matrix3d::Zero();
   for (const RobotTrajectories& robot : team) {
     const std::vector<Match> matches = match(robot, settings.max_dt_s);
     if (matches.size() < 3)
@@ -140,9 +154,11 @@ Result<TeamEvaluation> evaluate(const std::vector<RobotTrajectories>& team, cons
     one.rpe = relative_error(robot, matches, settings.rpe_delta_s);
     result.robots.push_back(std::move(one));
     parts.push_back(positions(robot, matches));
+    rotations += rotations_of(robot, matches);
   }
   const MatchedPositions all = joined(parts);
   const Eigen::Isometry3d T_truth_team = align(all.estimate, all.truth);
+  result.T_truth_estimate = align(all.estimate, all.truth, rotations);
   for (std::size_t i = 0; i < parts.size(); ++i) {
     RobotEvaluation& one = result.robots[i];
     const Eigen::VectorXd joint = distances(T_truth_team, parts[i]);

@@ -7,6 +7,18 @@
 
 namespace onemap::evaluation {
 
+namespace {
+
+std::string surface_words(const TeamEvaluation& evaluation) {
+  if (!evaluation.surface) return {};
+  const SurfaceEvaluation& s = *evaluation.surface;
+  return fmt::format(
+      "surface: {} points, {:.4f} m rms, median {:.4f} m, 95 % within {:.4f} m, {:.1f} % beyond {:g} m\n", s.points,
+      s.rms, s.median, s.p95, 100 * s.off, kOff_m);
+}
+
+}  // namespace
+
 std::string to_json(const TeamEvaluation& evaluation) {
   using Json = nlohmann::ordered_json;
   Json robots = Json::array();
@@ -25,7 +37,11 @@ std::string to_json(const TeamEvaluation& evaluation) {
   const Json team = {{"robots", evaluation.robots.size()}, {"poses", evaluation.poses},
                      {"coverage", evaluation.coverage},    {"ate", evaluation.ate},
                      {"median", evaluation.median},        {"max", evaluation.max}};
-  return Json{{"robots", robots}, {"team", team}}.dump(1) + "\n";
+  Json json{{"robots", robots}, {"team", team}};
+  if (const auto& s = evaluation.surface)
+    json["surface"] = {{"map", printable(s->name)}, {"points", s->points}, {"rms", s->rms},
+                       {"median", s->median},       {"p95", s->p95},       {"off", s->off}};
+  return json.dump(1) + "\n";
 }
 
 std::string to_text(const TeamEvaluation& evaluation, const EvaluationSettings& settings) {
@@ -38,9 +54,11 @@ std::string to_text(const TeamEvaluation& evaluation, const EvaluationSettings& 
                           r.rpe->rotation_deg);
     text += "\n";
   }
-  return text + fmt::format("team of {}: poses {} coverage {:.3f} ATE {:.4f} median {:.4f} max {:.4f}\n",
-                            evaluation.robots.size(), evaluation.poses, evaluation.coverage, evaluation.ate,
-                            evaluation.median, evaluation.max);
+  return text +
+         fmt::format("team of {}: poses {} coverage {:.3f} ATE {:.4f} median {:.4f} max {:.4f}\n",
+                     evaluation.robots.size(), evaluation.poses, evaluation.coverage, evaluation.ate, evaluation.median,
+                     evaluation.max) +
+         surface_words(evaluation);
 }
 
 std::string to_table(const TeamEvaluation& evaluation, const EvaluationSettings& settings) {
@@ -56,9 +74,11 @@ std::string to_table(const TeamEvaluation& evaluation, const EvaluationSettings&
                         r.ate_alone, r.ate_joint, r.max, rpe(r.rpe ? r.rpe->translation_m : 0, 4),
                         rpe(r.rpe ? r.rpe->rotation_deg : 0, 3), printable(r.estimate_name));
   }
-  return text + fmt::format("team of {}: {} poses, coverage {:.3f}, ATE {:.4f} m, median {:.4f} m, max {:.4f} m\n",
-                            evaluation.robots.size(), evaluation.poses, evaluation.coverage, evaluation.ate,
-                            evaluation.median, evaluation.max);
+  return text +
+         fmt::format("team of {}: {} poses, coverage {:.3f}, ATE {:.4f} m, median {:.4f} m, max {:.4f} m\n",
+                     evaluation.robots.size(), evaluation.poses, evaluation.coverage, evaluation.ate, evaluation.median,
+                     evaluation.max) +
+         surface_words(evaluation);
 }
 
 }  // namespace onemap::evaluation

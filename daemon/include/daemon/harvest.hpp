@@ -56,6 +56,7 @@ class Harvest {
   const Sources from_;
   Log& log_;
   Status first_ = success();
+  std::vector<Merge> merges_;
   std::optional<mapping::Survey> survey_;  // under the floor plan, when there is one
   std::uint64_t vertices_ = 0;             // of the global map's files when there are such, else of the local one's
 };

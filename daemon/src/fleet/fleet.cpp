@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <utility>
 
 #include "daemon/clock.hpp"
 #include "daemon/command_line.hpp"
@@ -76,12 +77,12 @@ Status Fleet::start() {
 
 // What an earlier run left would be taken for this one's.
 Status Fleet::clear_folder(std::size_t number) const {
-  for (const char* name :
-       {"status.json", "report.json", "trajectory.txt", "local.png", "local.glb", "local.ply", "local.pcd",
-        "global.png", "global.glb", "global.ply", "global.pcd", "map.pgm", "map.yaml", "graph.g2o"}) {
+  for (const char* name : {"status.json", "report.json", "trajectory.txt", "local.png", "local.glb", "local.ply",
+                           "local.pcd", "global.png", "global.glb", "global.ply", "global.pcd", "team.png", "map.pgm",
+                           "map.yaml", "graph.g2o", "matches"}) {
     std::error_code error;
     const std::string file = folder(number) + "/" + name;
-    std::filesystem::remove(file, error);
+    std::filesystem::remove_all(file, error);
     if (error) return Error{file, "of an earlier run, cannot be removed: " + error.message()};
   }
   return success();
@@ -212,6 +213,7 @@ Report join_reports(const std::vector<Report>& robots, bool all_agreed) {
     if (team.reference.empty()) {
       team.reference = robot.reference;
       team.global_points = robot.global_points;
+      team.merges = robot.merges;
     }
     team.robots.insert(team.robots.end(), robot.robots.begin(), robot.robots.end());
     team.merge_ms = std::max(team.merge_ms, robot.merge_ms);
@@ -241,7 +243,7 @@ Status Fleet::write_truth(std::size_t number) const {
 
 namespace {
 
-// Those of the files that are there, a line a robot.
+// Those of the files that are there, a robot's on a line of its own, or on several.
 std::string list_files(const Report& report, const std::string& out, const std::string& title,
                        std::initializer_list<const char*> names) {
   std::string text;
@@ -250,7 +252,10 @@ std::string list_files(const Report& report, const std::string& out, const std::
     for (const char* name : names) {
       std::error_code none;
       const std::string file = out + "/" + robot.name + "/" + name;
-      if (std::filesystem::is_regular_file(file, none)) line += "  " + printable(file);
+      if (!std::filesystem::is_regular_file(file, none)) continue;
+      const std::string word = "  " + printable(file);
+      if (!line.empty() && line.size() + word.size() > Progress::kColumns) text += std::exchange(line, {}) + "\n";
+      line += word;
     }
     if (!line.empty()) text += line + "\n";
   }
@@ -260,10 +265,11 @@ std::string list_files(const Report& report, const std::string& out, const std::
 }  // namespace
 
 std::string to_text(const Report& report, const std::string& out) {
-  return fmt::format("{}\nmaps equal: {}; reference {}; merged in {} ms; {} points\n", to_table(report),
-                     report.same_map ? "yes" : "NO", report.reference.empty() ? "none" : report.reference,
-                     report.merge_ms, report.global_points) +
-         list_files(report, out, "pictures:", {"local.png", "global.png"}) +
+  const std::string merges = to_table(report.merges);
+  return to_table(report) + (merges.empty() ? "" : "\n" + merges) +
+         fmt::format("\nmaps equal: {}; reference {}; merged in {} ms; {} points\n", report.same_map ? "yes" : "NO",
+                     report.reference.empty() ? "none" : report.reference, report.merge_ms, report.global_points) +
+         list_files(report, out, "pictures:", {"local.png", "global.png", "team.png"}) +
          list_files(report, out, "models (glTF, PLY, PCD):",
                     {"local.glb", "global.glb", "local.ply", "global.ply", "local.pcd", "global.pcd"}) +
          list_files(report, out, "floor plans (for map_server):", {"map.yaml"}) + "report: " + printable(out) +

@@ -49,7 +49,7 @@ Result<render::Scene> read_any(const std::string& path) {
 Result<render::Scene> read_map(const std::string& path, const ViewOptions& o) {
   auto scene = read_any(path);
   if (!scene) return scene;
-  if (!o.keep_crumbs) scene->mesh = render::tidied(scene->mesh);
+  if (!o.keep_crumbs) scene->mesh = render::tidied(std::move(scene->mesh));
   if (!scene->mesh.triangles.empty() && !o.points) return scene;
   if (o.mesh) return Error{path, "has no triangles (--mesh)"};
   auto& mesh = scene->mesh;
@@ -197,6 +197,7 @@ Status write_map_pcd(const ViewOptions& o, const render::Scene& scene) {
 Status run_view(const ViewOptions& o) {
   auto scene = read_map(o.map, o);
   if (!scene) return scene.error();
+  scene->up = render::up_of(*scene);  // once for all
   const auto& mesh = scene->mesh;
   fmt::print("{}: {} points, {} triangles, {} robots\n", printable(o.map),
              mesh.vertices.size() + scene->points.points.size(), mesh.triangles.size(), scene->robots.size());

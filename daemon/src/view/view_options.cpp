@@ -21,12 +21,14 @@ constexpr const char* kFooter =
     "Examples:\n"
     "  onemap-view global.glb --png global.png\n"
     "  onemap-view global.glb --png plan.png --view plan --size 1920x1080\n"
+    "  onemap-view global.glb --png map.png --views fit top front    # map_fit.png ...\n"
     "  onemap-view global.glb --png paper.png --background white --plain --path-width 5\n"
     "  onemap-view local.ply --png desk.png --eye 0,-0.5,-1 --target 0,0,1.5\n"
     "  onemap-view r1/local.glb --beside r2/local.glb r3/local.glb --png locals.png\n"
     "  onemap-view r1/local.glb --compare global.glb --png loss.png\n"
     "  onemap-view global.glb --png turn.png --turntable 120    # turn_0000.png ...\n"
     "  ffmpeg -framerate 30 -i turn_%04d.png -pix_fmt yuv420p turn.mp4\n"
+    "  onemap-view global.glb --png way.png --follow-all 10     # way_robot1_0000.png ...\n"
     "  onemap-view global.glb --ply global.ply --points\n"
     "Exit status: 0 done, 1 a file or the renderer failed, 2 wrong options.\n";
 

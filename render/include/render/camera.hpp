@@ -25,7 +25,7 @@ struct Camera {
 
 // Named viewpoints. Up is up_of() the scene.
 //   fit     the room as the cameras saw it, from behind and above along their mean viewing direction; where they looked
-//           all around: as a doll's house, from the side that shows most
+//           all around: as a doll's house, from the side that shows most, along its walls where that shows as much
 //   top     straight from above, in perspective, turned so that the map fills the picture
 //   plan    the same, orthographic: a floor plan
 //   front   from just behind the first keyframe of the first robot: what it saw

@@ -18,8 +18,9 @@ struct DistanceSummary {
 };
 DistanceSummary summary(std::vector<float> distances, float limit_m);
 
-// Where a robot of the same name has keyframes in both scenes, their frames are brought together by its first one: a
-// robot's local map and the team's then lie on each other. Nothing in common: the other scene as it is.
+// Where a robot of the same name has keyframes in both scenes, their frames are brought together by all of them (by the
+// first, where there are not equally many): a robot's local map and the team's then lie on each other, and what is left
+// is where they differ. Nothing in common: the other scene as it is.
 Scene in_frame_of(Scene other, const Scene& scene);
 
 // Dark blue for 0, over green and yellow, to red for the limit and beyond.

@@ -10,7 +10,7 @@
 namespace onemap::render {
 
 // The paper's figure 10: the maps of a team beside each other, each with its title and the number of its triangles, in
-// one picture of the style's size. One row while the tiles are no narrower than high, else as even a grid as there is.
+// one picture of the style's size, in as many rows as make them largest.
 // No map: an error.
 Result<Image> draw_side_by_side(Renderer& renderer, std::span<const Scene> maps, const Style& style);
 
@@ -25,7 +25,8 @@ struct TeamPicture {
   struct Link {
     std::size_t a = 0, b = 0;  // of robots
     bool accepted = false;
-    std::uint64_t inliers = 0;  // matched features that agree
+    std::uint64_t inliers = 0;  // matched features that agree,
+    std::uint64_t pairs = 0;    // of so many pairs of clouds
     std::string reason;         // of a refused one: "too few matches"
   };
   std::vector<Robot> robots;

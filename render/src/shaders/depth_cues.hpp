@@ -58,7 +58,7 @@ void main() {
     float b = clamp((d - raw(here - offset)) * scale, -kReach_m, kReach_m);
     ridge = max(ridge, -(a + b));
   }
-  float dark = 0.75 * smoothstep(0.06, 0.6, hollow / 6.0) + 0.4 * smoothstep(0.3, 1.0, ridge / kReach_m);
+  float dark = 0.75 * smoothstep(0.28, 0.95, hollow / 6.0) + 0.4 * smoothstep(0.3, 1.0, ridge / kReach_m);
   out_color = vec4(vec3(1.0 - strength * min(dark, 1.0)), 1.0);
 }
 )";

@@ -1,7 +1,7 @@
 #pragma once
 
 // Trajectories and camera pyramids. Lines wider than a pixel are not portable, so every segment is a quad that the
-// vertex shader spans on the screen, with round ends.
+// vertex shader spans on the screen, with round ends, and half a pixel more for a smooth rim.
 namespace onemap::render::shaders {
 
 inline constexpr const char* kStrokeVertex = R"(#version 300 es
@@ -33,7 +33,8 @@ void main() {
   v_radius_px = 0.5 * width_px;
   bool at_b = (gl_VertexID & 1) == 1;
   float side = (gl_VertexID & 2) == 2 ? 1.0 : -1.0;
-  v_local_px = vec2(at_b ? v_length_px + v_radius_px : -v_radius_px, side * v_radius_px);
+  float reach_px = v_radius_px + 0.5;
+  v_local_px = vec2(at_b ? v_length_px + reach_px : -reach_px, side * reach_px);
   v_color = color;
   vec2 p_px = a_px + along * v_local_px.x + across * v_local_px.y;
   vec4 end = at_b ? b : a;
@@ -48,11 +49,14 @@ flat in float v_length_px;
 flat in float v_radius_px;
 flat in vec4 v_color;
 uniform float opacity;
+uniform bool smooth_rim;
 out vec4 out_color;
 void main() {
-  float beyond = max(-v_local_px.x, v_local_px.x - v_length_px);
-  if (beyond > 0.0 && length(vec2(beyond, v_local_px.y)) > v_radius_px) discard;
-  out_color = vec4(v_color.rgb, v_color.a * opacity);
+  float beyond = max(max(-v_local_px.x, v_local_px.x - v_length_px), 0.0);
+  float inside_px = v_radius_px - length(vec2(beyond, v_local_px.y));
+  float covered = smooth_rim ? clamp(inside_px + 0.5, 0.0, 1.0) : step(0.0, inside_px);
+  if (covered <= 0.0) discard;
+  out_color = vec4(v_color.rgb, v_color.a * opacity * covered);
 }
 )";
 

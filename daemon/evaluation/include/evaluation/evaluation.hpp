@@ -1,15 +1,18 @@
 #pragma once
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <cstddef>
+#include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "hal/base/result.hpp"
 
-// Trajectory error against ground truth, for one robot or a team. Pure functions: text in, numbers out.
+// Trajectory and surface error against ground truth, for one robot or a team. Pure functions: text in, numbers out.
 namespace onemap::evaluation {
 
 struct TimedPose {
@@ -50,15 +53,31 @@ struct RobotEvaluation {
   double ate_joint = 0, median = 0, max = 0;  // aligned with the whole team
 };
 
+// A map's points against the true surface: metres.
+struct SurfaceEvaluation {
+  std::string name;
+  std::size_t points = 0;
+  double rms = 0, median = 0, p95 = 0;
+  double off = 0;  // share beyond kOff_m
+};
+constexpr double kOff_m = 0.03;
+
 struct TeamEvaluation {
   std::vector<RobotEvaluation> robots;
   std::size_t poses = 0;
   double coverage = 0;                  // the least of any robot
   double ate = 0, median = 0, max = 0;  // one alignment for all robots
+  // By places and gazes: those of a short way would leave a map's far end centimetres off.
+  Eigen::Isometry3d T_truth_estimate = Eigen::Isometry3d::Identity();
+  std::optional<SurfaceEvaluation> surface;  // where there was a map
 };
 
 // At least one robot. The error names an estimate of which fewer than three poses match.
 Result<TeamEvaluation> evaluate(const std::vector<RobotTrajectories>& team, const EvaluationSettings& settings);
+
+// The points of a map, metres in the frame of the estimates, by how far each is from the true surface. At least one.
+SurfaceEvaluation evaluate_surface(std::span<const Eigen::Vector3f> points, const Eigen::Isometry3d& T_truth_estimate,
+                                   const std::function<double(const std::array<double, 3>&)>& distance_m);
 
 // The rigid T_b_a that takes the columns of a closest to those of b in least squares (Umeyama 1991, without scale).
 Eigen::Isometry3d align(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b);

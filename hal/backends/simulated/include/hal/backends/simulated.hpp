@@ -65,4 +65,7 @@ Result<std::function<SimulatedPose(std::uint64_t)>> simulated_pose(const CameraA
 // The truth of every frame that the address gives, oldest first: what TUM calls groundtruth.txt.
 Result<std::vector<SimulatedPose>> simulated_truth(const CameraAddress& address);
 
+// How far a place of the room is from its nearest surface, both in metres.
+Result<std::function<double(const std::array<double, 3>&)>> simulated_surface(const CameraAddress& address);
+
 }  // namespace onemap::hal

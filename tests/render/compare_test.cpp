@@ -1,0 +1,63 @@
+#include "render/compare.hpp"
+
+#include <gtest/gtest.h>
+
+#include "render/upright.hpp"
+#include "room_scene.hpp"
+
+namespace onemap::render {
+namespace {
+
+// A floor that a robot sees from twenty keyframes along it.
+Scene walk_over_a_floor() {
+  Scene scene;
+  test::add_tiles(scene.mesh, {-1, 1.5f, -1}, {0, 0, 12}, {2, 0, 0}, 120, {90, 90, 90}, {90, 90, 90});
+  scene.robots = {{"robot1", {}, {}, {}}};
+  for (int i = 0; i < 20; ++i) scene.robots[0].keyframe_poses.push_back(test::level_pose(0.1 * (i % 3), 0, 0.5 * i, 0));
+  return scene;
+}
+
+// The same in a frame of its own.
+Scene elsewhere(Scene scene) {
+  const mapping::Pose T{test::level_pose(0, 0, 0, 0.7).R, {3, -1, 2}};
+  scene.mesh = turned(std::move(scene.mesh), T.R);
+  for (auto& vertex : scene.mesh.vertices) vertex += T.t.cast<float>();
+  for (auto& pose : scene.robots[0].keyframe_poses) pose = T * pose;
+  return scene;
+}
+
+float median_m(const Scene& of, const Scene& to) {
+  return summary(distances_m(of.mesh, in_frame_of(to, of).mesh, 0.05f), 0.05f).median_m;
+}
+
+TEST(Compare, MapsOfOneRobotAreBroughtTogetherByItsKeyframes) {
+  const Scene scene = walk_over_a_floor();
+  EXPECT_LT(median_m(scene, elsewhere(scene)), 1e-4f);
+  Scene strange = elsewhere(scene);
+  strange.robots[0].name = "robot2";
+  EXPECT_GT(median_m(scene, strange), 0.04f) << "nothing in common";
+}
+
+// A degree at the first keyframe would be 20 cm at the end of the floor.
+TEST(Compare, OneKeyframeThatIsOffDoesNotTurnTheMap) {
+  const Scene scene = walk_over_a_floor();
+  Scene other = elsewhere(scene);
+  auto& first = other.robots[0].keyframe_poses.front();
+  first.R = first.R * Eigen::AngleAxisd(0.0175, mapping::Vector3d::UnitX()).toRotationMatrix();
+  EXPECT_LT(median_m(scene, other), 0.006f);
+  other.robots[0].keyframe_poses.pop_back();  // no longer the same ones: by the first alone
+  EXPECT_GT(median_m(scene, other), 0.04f);
+}
+
+TEST(Compare, TheSummaryCountsWhatIsBeyondTheLimit) {
+  std::vector<float> distances;
+  for (int i = 1; i <= 100; ++i) distances.push_back(std::min(0.001f * static_cast<float>(i), 0.05f));
+  const DistanceSummary s = summary(distances, 0.05f);
+  EXPECT_NEAR(s.median_m, 0.050f, 1e-6f);
+  EXPECT_NEAR(s.beyond, 0.51f, 1e-6f);
+  EXPECT_EQ(distance_color(0, 0.05f), (mapping::Rgb{45, 60, 150}));
+  EXPECT_EQ(distance_color(1, 0.05f), (mapping::Rgb{200, 40, 40}));
+}
+
+}  // namespace
+}  // namespace onemap::render
