@@ -241,7 +241,7 @@ TEST(LocalMapper, TheSmallestKeyframePoolWorks) {
     };
     for (std::size_t i = 0; i < 118; ++i) {
       hal::FrameView view = frames[i < 60 ? i : 118 - i].view();
-      view.colour_time = frames[0].colour_time + std::chrono::milliseconds(33 * (i + 1));
+      view.colour_time = view.depth_time = frames[0].colour_time + std::chrono::milliseconds(33 * (i + 1));
       EXPECT_EQ(mapper.process(view).state, TrackState::tracking) << i;
       if (taking) take();
     }

@@ -84,7 +84,7 @@ FrameReport LocalMapper::Impl::process(const hal::FrameView& frame) {
     refuse(TrackReason::time_not_increasing, report);
     return report;
   }
-  if (keyframes.empty() && !held.any() && frame.depth_time != frame.colour_time) {
+  if (keyframes.empty() && !held.any() && Motion::matters(frame.depth_time, frame.colour_time)) {
     held.hold(frame);
     return report;
   }

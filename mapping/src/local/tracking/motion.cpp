@@ -46,7 +46,7 @@ std::optional<Motion::Expected> Motion::at(FrameTime time) const {
 
 std::optional<Pose> Motion::between(FrameTime from, FrameTime to) const {
   const double passed_s = any_ ? std::abs(to_seconds(to - time_)) : 0;
-  if (from == to || !moving_ || !(passed_s <= kLongest_s)) return std::nullopt;
+  if (!matters(from, to) || !moving_ || !(passed_s <= kLongest_s)) return std::nullopt;
   return small_motion(to_seconds(to - from) * velocity_);
 }
 

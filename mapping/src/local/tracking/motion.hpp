@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <optional>
 
 #include "hal/base/time.hpp"
@@ -10,6 +11,11 @@ namespace onemap::mapping {
 // second. It is what is left to go by where neither colour nor depth says anything.
 class Motion {
  public:
+  // The two images of a frame are of two instants, and of one camera.
+  static bool matters(FrameTime depth, FrameTime colour) {
+    const double apart_s = to_seconds(colour - depth);
+    return apart_s != 0 && std::abs(apart_s) <= 0.1;
+  }
   struct Expected {
     Pose T_camera_robot;
     Eigen::Matrix<double, 6, 6> information;  // of a left increment: how much a hand may change its mind since
@@ -19,7 +25,8 @@ class Motion {
   // None when nothing is known, or what is known is older than 0.3 s.
   std::optional<Expected> at(FrameTime time) const;
   // How the camera moves from the one instant to the other, both about now: T_to_from. Nothing: they are one, or it is
-  // not known. By the smoothed velocity: what depth says depends on it, and it on what depth says.
+  // not known, or that does not matter. By the smoothed velocity: what depth says depends on it, and it on what depth
+  // says.
   std::optional<Pose> between(FrameTime from, FrameTime to) const;
 
  private:
