@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "comms/frontier.hpp"
 #include "hash_cache.hpp"
 
@@ -163,6 +165,7 @@ TEST(HashCache, IsBoundedAndRight) {
   Record record{{kLog, 0}, 4, {1, 2, 3}};
   std::vector<std::uint8_t> payload = {1, 2, 3};
   payload.resize(3 + kSealBytes);
+  std::fill_n(payload.begin() + 3 + 32, 4, std::uint8_t{0xFF});  // it replaces nothing
   EXPECT_EQ(cache.of(record), wire::body_hash(4, payload));
   for (std::uint32_t k = 0; k < 5000; ++k) {
     record.id.seq = k;
