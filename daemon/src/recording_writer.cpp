@@ -79,7 +79,8 @@ Status RecordingWriter::begin(const hal::Intrinsics& intrinsics, const std::stri
     if (auto made = make_folder(folder_ + below); !made) return made.error();
   // The first list is the one that says whose folder this is.
   if (auto begun = begin_list(rgb_list_, "rgb.txt", "# colour images\n# timestamp filename\n"); !begun) return begun;
-  if (auto begun = begin_list(depth_list_, "depth.txt", "# depth images, each at the time of its measurement\n# timestamp filename\n");
+  if (auto begun = begin_list(depth_list_, "depth.txt",
+                              "# depth images, each at the time of its measurement\n# timestamp filename\n");
       !begun)
     return begun;
   if (truth_)
