@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "daemon/outputs.hpp"
+#include "hal/backends/replay.hpp"
 #include "hal/backends/simulated.hpp"
 #include "hal/base/file.hpp"
 #include "hal/base/text.hpp"
@@ -79,8 +80,7 @@ Status RecordingWriter::begin(const hal::Intrinsics& intrinsics, const std::stri
     if (auto made = make_folder(folder_ + below); !made) return made.error();
   // The first list is the one that says whose folder this is.
   if (auto begun = begin_list(rgb_list_, "rgb.txt", "# colour images\n# timestamp filename\n"); !begun) return begun;
-  if (auto begun = begin_list(depth_list_, "depth.txt",
-                              "# depth images, each at the time of its measurement\n# timestamp filename\n");
+  if (auto begun = begin_list(depth_list_, "depth.txt", std::string(hal::kOwnDepthTime) + "\n# timestamp filename\n");
       !begun)
     return begun;
   if (truth_)

@@ -1,6 +1,7 @@
 #include "recording.hpp"
 
 #include <algorithm>
+#include <fstream>
 #include <iterator>
 #include <map>
 #include <utility>
@@ -111,6 +112,13 @@ Result<Layout> detect_layout(const fs::path& folder) {
                "not a recording: neither rgb.txt and depth.txt, nor associations.txt, nor frame-NNNNNN.color.png"};
 }
 
+// What onemapd records says so in the first line of its list.
+bool says_own_depth_time(const fs::path& folder) {
+  std::ifstream list(folder / "depth.txt");
+  std::string first;
+  return std::getline(list, first) && first == kOwnDepthTime;
+}
+
 // As the data set documents its Kinect.
 constexpr std::pair<std::string_view, std::string_view> kSevenScenesCalibration[] = {
     {"fx", "585"}, {"fy", "585"}, {"cx", "320"}, {"cy", "240"}};
@@ -173,7 +181,7 @@ Result<Recording> open_recording(const ReplayAddress& address) {
   const Result<Layout> layout = address.layout ? Result<Layout>(*address.layout) : detect_layout(recording.folder);
   if (!layout) return layout.error();
   recording.layout = *layout;
-  recording.own_depth_time = address.own_depth_time.value_or(true);
+  recording.own_depth_time = address.own_depth_time.value_or(says_own_depth_time(recording.folder));
   for (const Status& status : {read_pairs(recording, address.max_dt), calibrate(recording, address)})
     if (!status) return status.error();
   if (recording.pairs.empty()) return no_pairs(recording);

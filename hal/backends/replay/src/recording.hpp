@@ -13,7 +13,7 @@ namespace onemap::hal::replay {
 // What a folder holds, before any image is opened.
 struct Recording {
   Layout layout = Layout::tum;
-  bool own_depth_time = true;  // else depth is played as taken with its colour
+  bool own_depth_time = false;  // else depth is played as taken with its colour
   std::filesystem::path folder;
   std::vector<ListedPair> pairs;       // all of the recording, strictly increasing colour time
   std::string color_list, depth_list;  // the names of the files that list the images; may be empty

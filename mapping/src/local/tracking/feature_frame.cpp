@@ -58,7 +58,8 @@ void attach_geometry(FeatureFrame& frame, std::span<const std::uint16_t> depth, 
     frame.ray[i] = rays.at(k.x_px, k.y_px);
     const auto on_ray = [&](double z) { return Vector3d(frame.ray[i].x() * z, frame.ray[i].y() * z, z); };
     double z = depth_at(depth, rays.width(), rays.height(), k.x_px, k.y_px, intrinsics.depth_scale);
-    if (z > 0 && T_colour_depth) z = depth_then(depth, rays, intrinsics, on_ray(z), *T_colour_depth);
+    const double then = z > 0 && T_colour_depth ? depth_then(depth, rays, intrinsics, on_ray(z), *T_colour_depth) : 0;
+    if (then > 0) z = then;
     frame.point[i] = on_ray(z);
   }
 }

@@ -14,9 +14,13 @@ namespace onemap::hal {
 //   calibration the data set's own (fx fy 585, cx 320, cy 240, depth_scale 1000).
 // Calibration: DIR/calibration.txt, one `key value` a line, and options over it: fx fy cx cy k1 k2 p1 p2 k3
 // depth_scale. Further options: max_dt (seconds between colour and depth, 0.02), layout (tum or 7scenes; found out by
-// itself), depth_time (own: as the depth list says, unless colour is asked for: as taken with its colour). Unusable
-// lines of the lists are delivered first, each as one Grab::bad with file:line; then the frames, with Grab::bad for
-// each that cannot be read. All images have the size of the first good frame.
+// itself), depth_time (own: as the depth list says; colour, else: the stamps of most recordings are of when an
+// image came). Unusable lines of the lists are
+// delivered first, each as one Grab::bad with file:line; then the frames, with Grab::bad for each that cannot be read.
+// All images have the size of the first good frame.
+// A depth list that begins with this line has depth's own time by itself.
+inline constexpr std::string_view kOwnDepthTime = "# depth images, each at the time of its measurement";
+
 Result<std::unique_ptr<DepthCamera>> open_replay(const CameraAddress& address);
 Status check_replay(const CameraAddress& address);  // its form and its options
 
