@@ -99,6 +99,14 @@ TEST(NeedlessSubmaps, WhatIsNeedlessItselfReplacesNothing) {
   EXPECT_THAT(walker.look(), ElementsAre(0, 1));
 }
 
+// Else it would need another one to be named, and so on.
+TEST(NeedlessSubmaps, ARecordWithoutVoxelsIsLeftAlone) {
+  Walker walker;
+  walker.wall(walker.anchor(0s));
+  walker.take(walker.author.write(Lane::voxels, RecordKind::submap, SubmapRecord{0, 20'000, 60'000, {}}));
+  EXPECT_THAT(walker.look(), IsEmpty());
+}
+
 TEST(NeedlessSubmaps, AnotherLifeBeginsAnew) {
   Walker walker;
   walker.wall(walker.anchor(0s));

@@ -69,7 +69,7 @@ std::vector<std::uint32_t> NeedlessSubmaps::look(const TeamMember& own, const So
 void NeedlessSubmaps::take(const SubmapPlace& place) {
   if (place.record == nullptr) return;
   const auto record = decode_submap(place.record->body);
-  if (!record) return;
+  if (!record || record->blocks.empty()) return;  // that only names another one costs nothing
   Kept fresh{place.sequence, record->anchor_keyframe, record->voxel_um * 1e-6 * kBlockSide, {}};
   fresh.pieces.reserve(record->blocks.size());
   for (const SubmapBlock& block : record->blocks)

@@ -61,6 +61,7 @@ void TeamMap::begin_life(std::uint64_t incarnation, bool repeats) {
   view_.T_map_odometry.reset();
   view_.settled = false;
   say_again_ = published_.has_value();
+  needless_looked_at_ = 0;
   frontier_ = {};
 }
 
@@ -190,9 +191,12 @@ bool TeamMap::fuse(const Agreement& team, Instant now, const Stop& stop) {
 // Own records that later ones have made needless, now and then: a pass over all of them.
 bool TeamMap::look_for_needless(Instant now) {
   constexpr Duration kLook = std::chrono::seconds(10);
-  if (now < next_needless_ || !fusion_.done()) return false;
-  next_needless_ = now + kLook;
+  constexpr std::size_t kMany = 100;  // records that came since: recordings are played as fast as it goes
   const TeamMember* own = log_.own();
+  const bool many = own != nullptr && own->submaps.size() >= needless_looked_at_ + kMany;
+  if ((now < next_needless_ && !many) || !fusion_.done()) return false;
+  next_needless_ = now + kLook;
+  needless_looked_at_ = own == nullptr ? 0 : own->submaps.size();
   const SolvedRobot* solved = find_solved(*fusion_.solution(), log_.own_chain());
   if (own == nullptr || solved == nullptr || own->finished) return false;
   worked_ = Work::thinned;

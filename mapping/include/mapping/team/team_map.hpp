@@ -154,6 +154,7 @@ class TeamMap {
   FrontierRecord frontier_;  // the last one published
   MapFusion fusion_;
   NeedlessSubmaps needless_;
+  std::size_t needless_looked_at_ = 0;  // so many own records
   SpareRecords spare_;
   std::set<RecordId> malformed_;                                           // submaps that were to be fused
   Instant next_solve_{}, next_frontier_{}, next_aim_{}, next_needless_{};  // not before, while robots map
