@@ -105,7 +105,7 @@ FrameReport LocalMapper::Impl::place(const hal::FrameView& frame) {
   FrameReport report;
   // SURF features with their points, eq. (5), and the voxel grid's cloud, figure 7.
   seal_older(frame.colour_time);
-  front_end.observe(frame, begin, seen, tracker.T_colour_depth(frame));
+  front_end.observe(frame, begin, seen, tracker.between_images(frame));
   report.features = static_cast<int>(seen.features.size());
 
   if (keyframes.empty()) keyframes.look(frame.depth, seen.T_colour_depth);
@@ -117,7 +117,7 @@ FrameReport LocalMapper::Impl::place(const hal::FrameView& frame) {
   if (placed.ok()) {
     // What the next frames are placed by, so that the chain of eq. (7) does not drift; position and rotation, eq. (8).
     begin(Step::keyframe);
-    const auto T_colour_depth = tracker.T_colour_depth(seen, placed.T_camera_robot);
+    const auto T_colour_depth = tracker.between_images(seen, placed.T_camera_robot);
     const Pose T_camera_robot = settle(frame, placed, report);
 
     // Points in the local reference, known ones refined; a frame that hardly moved is left out, figure 8.

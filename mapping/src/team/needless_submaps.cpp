@@ -112,7 +112,7 @@ std::vector<std::uint32_t> NeedlessSubmaps::seen_again(const TeamMember& own, co
   const Visits visits = NeedlessSubmaps::visits(own, solved);
   std::vector<Placed> by_end;  // the latest first
   for (const Kept& kept : kept_)
-    if (const auto at = visits.find(kept.anchor); at != visits.end()) by_end.emplace_back(&kept, &at->second);
+    if (const auto at = visits.find(kept.anchor); at != visits.end()) by_end.push_back({&kept, &at->second});
   std::vector<Placed> by_begin = by_end;
   std::ranges::stable_sort(by_end, std::greater<>(), [](const Placed& p) { return p.visit->end; });
   std::ranges::stable_sort(by_begin, std::greater<>(), [](const Placed& p) { return p.visit->begin; });

@@ -84,7 +84,7 @@ void Tracker::see_motion(const Observed& first, const Observed& second, const St
     motion_.start(motion_between(Pose(), motion.T_b_a.inverse()) / passed_s);
 }
 
-std::optional<Pose> Tracker::T_colour_depth(const Observed& seen, const Pose& T_camera_robot) const {
+std::optional<Pose> Tracker::between_images(const Observed& seen, const Pose& T_camera_robot) const {
   constexpr double kLongest_s = 0.3;
   const double apart_s = to_seconds(seen.time - seen.depth_time), passed_s = to_seconds(seen.time - previous_time_);
   if (!Motion::matters(seen.depth_time, seen.time)) return std::nullopt;

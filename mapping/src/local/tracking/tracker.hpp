@@ -44,11 +44,11 @@ class Tracker {
   Placed locate(Observed& seen, KeyframeMap& map, const StepHook& begin);
   // How the camera moved between the two images of a frame that comes next, if it goes on as it did. Nothing: it did
   // not, or it is not known.
-  std::optional<Pose> T_colour_depth(const hal::FrameView& frame) const {
+  std::optional<Pose> between_images(const hal::FrameView& frame) const {
     return motion_.between(frame.depth_time, frame.colour_time);
   }
   // The same once it is known where it came to. Before follow().
-  std::optional<Pose> T_colour_depth(const Observed& seen, const Pose& T_camera_robot) const;
+  std::optional<Pose> between_images(const Observed& seen, const Pose& T_camera_robot) const;
   // Before the first frame is placed: how the camera moves, from two frames.
   void see_motion(const Observed& first, const Observed& second, const StepHook& begin);
   // What became of the frame: it was placed (seen is then another's, for the next frame), was lost, or is not looked
