@@ -4,15 +4,11 @@
 #include <utility>
 
 #include "comms/record_head.hpp"
+#include "comms/store_share.hpp"
 
 namespace onemap::comms {
 
 namespace {
-constexpr std::uint8_t kFirstBulkLane = 2;  // features, voxels, imagery
-
-std::size_t limit_for(std::uint8_t lane, std::size_t budget) {
-  return lane < kFirstBulkLane ? budget : budget - budget / 10;
-}
 std::size_t cost_of(const Record& record) { return record.body.size() + MemoryStore::kRecordBytes; }
 
 std::string name_of(const LogId& log) { return "log " + log.robot.name() + "/" + std::to_string(log.lane); }
@@ -28,7 +24,7 @@ Status MemoryStore::append(Record record) {
     return Error{name_of(id),
                  "record " + std::to_string(record.id.seq) + " is not the next, which is " + std::to_string(next)};
   const std::size_t cost = cost_of(record) + (next == 0 ? kLogBytes : 0);
-  const std::size_t limit = limit_for(id.lane, budget_);
+  const std::size_t limit = share_for(record, budget_);
   if (used_ > limit || cost > limit - used_) return full(record);
   logs_[id].push_back(std::make_shared<const Record>(std::move(record)));
   frontier_[id] = static_cast<std::uint32_t>(next + 1);
@@ -37,7 +33,7 @@ Status MemoryStore::append(Record record) {
 }
 
 Error MemoryStore::full(const Record& record) const {
-  const bool bulk = record.id.log.lane >= kFirstBulkLane;
+  const bool bulk = is_bulk(record.id.log);
   return {"the store is full",
           std::to_string(used_) + " of " + std::to_string(budget_) + " bytes (network.store_budget_mb) are used" +
               (bulk ? ", the last tenth is for control and poses" : "") + "; a record of " +

@@ -101,11 +101,14 @@ TEST(DiskStore, FullRefusesVoxelsFirstAndSaysWhy) {
   const auto refused = store->append(logs.record({bulk, static_cast<std::uint32_t>(voxels)}, 1, body(2000)));
   EXPECT_THAT(refused.error().text(), testing::HasSubstr("network.store_budget_mb"));
   EXPECT_THAT(refused.error().text(), testing::HasSubstr("the last tenth is for control and poses"));
+  const auto seq = static_cast<std::uint32_t>(voxels);
+  EXPECT_FALSE(store->append(logs.record({bulk, seq}, 1, body(1500), 0)));
+  EXPECT_TRUE(store->append(logs.record({bulk, seq}, 1, body(30), 0))) << "it names one that makes room";
   while (store->append(logs.next(pose, 1, body(2000)))) ++poses;
   EXPECT_GE(voxels, 300u);
   EXPECT_GE(poses, 30u);
   EXPECT_LE(store->bytes(), 1u << 20);
-  EXPECT_EQ(store->view().refused_full, 3u);
+  EXPECT_EQ(store->view().refused_full, 4u);
 }
 
 TEST(DiskStore, OneRobotDoesNotFillItForAll) {

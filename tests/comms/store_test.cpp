@@ -42,6 +42,17 @@ TEST(MemoryStore, FullRefusesVoxelsFirst) {
   EXPECT_EQ(store.frontier().at(record(3, 0, 0).id.log), voxels);
 }
 
+TEST(MemoryStore, WhatOnlyNamesANeedlessRecordHasRoom) {
+  MemoryStore store(100'000);
+  std::uint32_t voxels = 0;
+  while (store.append(record(3, voxels, 1000))) ++voxels;
+  for (const std::size_t bytes : {1000, 30}) {
+    Record names = record(3, voxels, bytes);
+    names.seal.replaces = 0;
+    EXPECT_EQ(store.append(names).ok(), bytes == 30) << "it makes room";
+  }
+}
+
 TEST(MemoryStore, SaysWhyItRefuses) {
   MemoryStore store(10'000);
   EXPECT_THAT(store.append(record(1, 3, 10)).error().text(), testing::HasSubstr("3 is not the next, which is 0"));

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "comms/record_head.hpp"
+#include "comms/store_share.hpp"
 #include "disk_store_impl.hpp"
 
 namespace onemap::comms {
@@ -37,15 +38,15 @@ Status DiskStore::Impl::append(Record record) {
                  fmt::format("record {} is not the next, which is {}", id.seq, index.count(id.log))};
   const std::size_t cost = frame_bytes(record.body.size());
   const std::size_t room = config.budget_bytes - std::min(config.budget_bytes, config.segment_bytes);
-  const std::size_t limit = limit_for(id.log.lane, room);
+  const std::size_t limit = share_for(record, room);
   if (used + cost > limit - limit / 8) clean(kCleanAtOnce + 4 * cost);
   if (used + cost > limit) return full(record, fmt::format("{} of {} bytes are used", used, config.budget_bytes));
   const std::uint64_t of_it = of_author[id.log.robot];
-  if (of_it + cost > limit_for(id.log.lane, config.author_bytes))
+  if (of_it + cost > share_for(record, config.author_bytes))
     return full(record, fmt::format("{} of the {} bytes that one robot may have are used", of_it, config.author_bytes));
   if (!index.has_room_for(id.log)) return full(record, "there are as many records as its index has places for");
 
-  const bool bulk = id.log.lane >= kFirstBulkLane;
+  const bool bulk = is_bulk(id.log);
   if (waiting_bytes + cost > config.waiting_bytes && view.fault == DiskFault::none) {
     if (!syncing && unsynced) begin_sync();
     if (syncing) finish_sync(*disk.synced(true));  // who writes faster than the disk waits for it
@@ -75,7 +76,7 @@ Error DiskStore::Impl::refused_by_disk(const Record& record, DiskFault fault) {
 }
 
 Error DiskStore::Impl::full(const Record& record, const std::string& of_what) const {
-  const bool bulk = record.id.log.lane >= kFirstBulkLane;
+  const bool bulk = is_bulk(record.id.log);
   return {"the log is full", fmt::format("{} (network.store_budget_mb){}; a record of {} with {} bytes is not kept",
                                          of_what, bulk ? ", the last tenth is for control and poses" : "",
                                          record.id.log.robot.name(), record.body.size())};
@@ -191,7 +192,7 @@ void DiskStore::Impl::works(DiskFault fault) {
 
 // A robot whose disk does not work goes on telling where it is, without a promise.
 std::uint32_t DiskStore::Impl::durable(const LogId& log) const {
-  if (view.fault != DiskFault::none && log.lane < kFirstBulkLane) return index.count(log);
+  if (view.fault != DiskFault::none && !is_bulk(log)) return index.count(log);
   const auto at = durable_to.find(log);
   return at == durable_to.end() ? 0 : at->second;
 }

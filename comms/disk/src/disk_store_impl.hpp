@@ -54,11 +54,6 @@ struct DiskStore::Impl {
   bool copy_some(std::size_t bytes);
   void bury(const segment::Head& head, const RecordPlace& place);  // that frame is not needed any more
 
-  std::size_t limit_for(std::uint8_t lane, std::size_t budget) const {
-    return lane < kFirstBulkLane ? budget : budget - budget / 10;
-  }
-  static constexpr std::uint8_t kFirstBulkLane = 2;  // features, voxels, imagery
-
   mutable std::mutex mutex;  // of all of this; not held while the disk syncs
   Disk& disk;
   DiskStoreConfig config;

@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <limits>
 
+#include "comms/store_share.hpp"
+
 namespace onemap::comms {
 
 using std::chrono::milliseconds;
 using wire::kFragmentBytes;
 
 namespace {
-constexpr std::uint8_t kFirstBulkLane = 2;
 constexpr std::size_t kMaxFetches = 512;
 constexpr std::uint32_t kLookahead = 256;  // records of one log beyond its first missing one
 constexpr std::uint32_t kMaxGuess = 64;
