@@ -47,9 +47,13 @@ Result<mapping::Survey> survey_of(const MapSource& from, const mapping::SurveyCo
 std::vector<std::uint8_t> save_global(const MapSource& from, const std::string& title) {
   std::vector<SavedPath> paths;
   for (const mapping::SolvedRobot& solved : from.solution->robots)
-    if (const mapping::TeamMember* member = from.log.find(solved.chain); member != nullptr)
+    if (const mapping::TeamMember* member = from.log.find(solved.chain); member != nullptr) {
+      std::vector<mapping::QuantizedPose> keyframes;
+      for (const mapping::KeyframeOnMap& keyframe : mapping::keyframes_on_map(*member, solved))
+        keyframes.push_back(keyframe.T_map_keyframe);
       paths.push_back(make_path(chain_name(from.log, solved.chain), color_of(from.log, solved.chain.robot.name()),
-                                mapping::way_on_map(*member, solved), mapping::keyframes_on_map(*member, solved)));
+                                mapping::way_on_map(*member, solved), keyframes));
+    }
   return save_map(title, paths, *from.map, from.solution->up);
 }
 
@@ -64,8 +68,9 @@ std::optional<std::vector<std::uint8_t>> save_local(const MapSource& from, const
   while (local.underway())
     if (!local.step(stop) && stop()) return std::nullopt;
   std::vector<mapping::QuantizedPose> keyframes;
-  keyframes.reserve(own->places.size());
-  for (const mapping::KeyframePlace& place : own->places) keyframes.push_back(place.T_robot_keyframe);
+  const std::vector<mapping::KeyframePlace> chain = own->keyframes.chain();
+  keyframes.reserve(chain.size());
+  for (const mapping::KeyframePlace& place : chain) keyframes.push_back(place.T_robot_keyframe);
   const SavedPath path = make_path(config.id, color_of(from.log, config.id), own->trajectory(), keyframes);
   return save_map(title, {&path, 1}, *local.map());
 }

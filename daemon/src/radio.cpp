@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <thread>
 
 #include "comms/udp/silent_port.hpp"
@@ -206,6 +207,7 @@ void Radio::spare(mapping::SpareRecords records) {
   const std::lock_guard lock(mutex_);
   spare_.needless.insert(spare_.needless.end(), records.needless.begin(), records.needless.end());
   spare_.unread.insert(spare_.unread.end(), records.unread.begin(), records.unread.end());
+  std::ranges::move(records.keyframes, std::back_inserter(spare_.keyframes));
 }
 
 void Radio::leave_out(std::set<RobotId> gone) {

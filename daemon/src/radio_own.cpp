@@ -23,6 +23,7 @@ void Radio::append_published(Instant now) {
     said_digest_ = map_digest_;
   }
   take_spare();
+  replace_keyframes(now);
   name_needless(now, kMostUnnamed);
   // What was published before the work was finished is in the queue by now.
   while (auto record = outbox_.try_pop()) append(now, std::move(*record));
@@ -52,6 +53,17 @@ void Radio::name_needless(Instant now, std::size_t leave) {
   }
 }
 
+// While the store is full, too: it takes what makes room.
+void Radio::replace_keyframes(Instant now) {
+  for (; !remains_.empty(); remains_.pop_front(), ++named_) {
+    OutgoingRecord place{mapping::Lane::features, mapping::RecordKind::keyframe, remains_.front().body};
+    if (!node_->append(now, static_cast<std::uint8_t>(place.lane), static_cast<std::uint16_t>(place.kind), place.body,
+                       remains_.front().of.seq))
+      return;
+    published_.count(place);
+  }
+}
+
 void Radio::take_spare() {
   mapping::SpareRecords spare;
   {
@@ -60,6 +72,8 @@ void Radio::take_spare() {
   }
   for (const RecordId& id : spare.needless)
     if (id.log.incarnation == node_config_.incarnation) needless_.push_back(id);
+  for (mapping::KeyframeRemains& remains : spare.keyframes)
+    if (remains.of.log.incarnation == node_config_.incarnation) remains_.push_back(std::move(remains));
   for (const RecordId& id : spare.unread) let_go_ += node_->let_go(id) ? 1 : 0;
 }
 
@@ -91,6 +105,7 @@ void Radio::rise_again() {
   received_before_ += counters().bytes_received;
   node_config_.incarnation = life_.number();
   needless_.clear();
+  remains_.clear();
   begin_node();
   logged_refusals_ = {};  // a new node counts anew
   std::shared_ptr<const Record> known;
@@ -145,7 +160,7 @@ void Radio::begin_new_life(Instant now) {
   for (std::uint8_t lane = 0; lane < kLaneCount; ++lane)
     for (std::uint32_t seq = 0; auto record = store_.log->find({{node_config_.self, lane, before}, seq}); ++seq)
       if (record->dropped)
-        published_.submaps -= record->kind == static_cast<std::uint16_t>(mapping::RecordKind::submap);
+        published_.forget(static_cast<mapping::RecordKind>(record->kind));
       else if (!node_->append(now, lane, record->kind, again(*record, before)))
         log_.limited("own record",
                      "the store has no room for this robot's records in its new life; raise network.store_budget_mb");

@@ -108,7 +108,7 @@ void Team::hand_out() {
   }
   for (mapping::TeamRecord& record : map_.take_records()) publish_({record.lane, record.kind, std::move(record.body)});
   mapping::SpareRecords spare = map_.take_spare();
-  if (given_ && !(spare.needless.empty() && spare.unread.empty())) given_(std::move(spare));
+  if (given_ && !spare.empty()) given_(std::move(spare));
 }
 
 void Team::answer() {

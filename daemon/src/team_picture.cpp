@@ -25,7 +25,7 @@ render::TeamPicture team_picture(const mapping::TeamMap& team, const std::vector
   const mapping::SolutionRecord* solution = team.solution();
   for (std::size_t i = 0; i < chains.size(); ++i)
     picture.robots.push_back(
-        {names[i], colors[i], team.log().find(chains[i])->places.size(), in_map(solution, chains[i])});
+        {names[i], colors[i], team.log().find(chains[i])->keyframes.chain().size(), in_map(solution, chains[i])});
   const auto number = [&](const std::string& name) {
     return static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
   };

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <deque>
+#include <map>
 #include <set>
 
 #include "mapping/local/local_mapper.hpp"
@@ -15,7 +16,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Alone, with its own team map; voxel records name what they make needless, as the daemon has them do.
+// Alone, with its own team map; voxel records name what they make needless, and what remains of keyframes takes their
+// places, as the daemon has them do.
 struct Returning {
   void write(Lane lane, RecordKind kind, std::vector<std::uint8_t> body) {
     if (kind == RecordKind::submap && !needless.empty()) {
@@ -41,6 +43,10 @@ struct Returning {
     const SpareRecords spare = team.take_spare();
     needless.insert(needless.end(), spare.needless.begin(), spare.needless.end());
     unread.insert(spare.unread.begin(), spare.unread.end());
+    for (const KeyframeRemains& remains : spare.keyframes) {
+      author.replacing(remains.of.seq);
+      write(Lane::features, RecordKind::keyframe, remains.body);
+    }
   }
 
   explicit Returning(const hal::Intrinsics& k) : mapper({}, k) {}
@@ -78,13 +84,16 @@ TEST(Returning, WhatIsKeptGrowsWithThePlaceAndNotWithTheTime) {
   ASSERT_NE(robot.team.solution(), nullptr);
   const SolutionRecord solution = *robot.team.solution();
 
-  std::size_t written = 0, kept = 0;
+  struct LaneBytes {
+    std::size_t written = 0, kept = 0;
+  };
+  std::map<std::uint8_t, LaneBytes> lanes;
   TeamLog whole(RobotId::from_name("b"), 1), late(RobotId::from_name("c"), 1), everything(RobotId::from_name("d"), 1);
   for (const RecordPtr& record : robot.author.written()) {
     const bool gone = robot.unread.contains(record->id);
-    const bool voxels = record->id.log.lane == static_cast<std::uint8_t>(Lane::voxels);
-    written += voxels ? record->body.size() : 0;
-    kept += voxels && !gone ? record->body.size() : 0;
+    LaneBytes& bytes = lanes[record->id.log.lane];
+    bytes.written += record->body.size();
+    bytes.kept += gone ? 0 : record->body.size();
     Record as_if_none_were_named = *record;
     as_if_none_were_named.seal.replaces = kNoSequence;
     ASSERT_TRUE(whole.apply(record, {}).ok());
@@ -92,9 +101,13 @@ TEST(Returning, WhatIsKeptGrowsWithThePlaceAndNotWithTheTime) {
     ASSERT_TRUE(everything.apply(std::make_shared<const Record>(as_if_none_were_named), {}).ok());
   }
   const auto of_whole = fused(whole, solution), of_late = fused(late, solution), of_all = fused(everything, solution);
-  fmt::print("{} kB of voxels written, {} kB kept, {} records let go; {} blocks of {}\n", written / 1000, kept / 1000,
+  const LaneBytes voxels = lanes[static_cast<std::uint8_t>(Lane::voxels)],
+                  keyframes = lanes[static_cast<std::uint8_t>(Lane::features)];
+  fmt::print("{} of {} kB of voxels kept, {} of {} kB of keyframes; {} records let go; {} blocks of {}\n",
+             voxels.kept / 1000, voxels.written / 1000, keyframes.kept / 1000, keyframes.written / 1000,
              robot.unread.size(), of_whole.second, of_all.second);
-  EXPECT_LT(kept, 3 * written / 4);
+  EXPECT_LT(voxels.kept, 3 * voxels.written / 4);
+  EXPECT_LT(keyframes.kept, 3 * keyframes.written / 4);
   EXPECT_EQ(of_whole, of_late) << "whoever still has the bodies";
   EXPECT_GT(of_whole.second, of_all.second * 95 / 100) << "nothing of the house is lost";
 }

@@ -28,7 +28,7 @@ TEST(TeamMember, IsCompleteWithWhatItsFinishedPromises) {
   }
   EXPECT_TRUE(member.complete());
   EXPECT_EQ(member.name, "a");
-  EXPECT_EQ(member.places.size(), 3u);
+  EXPECT_EQ(member.keyframes.chain().size(), 3u);
   ASSERT_EQ(member.trajectory().size(), 1u);
   EXPECT_EQ(member.trajectory()[0].time, frame_time_from_ns(1'000'000'000));
 }
@@ -44,7 +44,8 @@ TEST(TeamMember, MalformedRecordsCountForCompletenessAndNothingElse) {
   std::size_t refused = 0;
   for (const auto& record : author.written()) refused += member.apply(record).ok() ? 0 : 1;
   EXPECT_EQ(refused, 3u);
-  EXPECT_EQ(member.keyframes.size(), 3u);
+  EXPECT_EQ(member.keyframes.size(), 4u);
+  EXPECT_EQ(member.keyframes.chain().size(), 3u);
   ASSERT_EQ(member.submaps.size(), 2u) << "each has its place";
   EXPECT_EQ(member.submaps[1].record, nullptr);
   EXPECT_TRUE(member.complete());
@@ -97,10 +98,10 @@ TEST(TeamMember, OwnLoopsAreOfTwoKeyframesEach) {
 TEST(TeamMember, KeepsABoundedNumberOfKeyframesAndLinks) {
   Author author("a");
   TeamMember member;
-  for (std::size_t i = 0; i < TeamMember::kMaxKeyframes; ++i) ASSERT_TRUE(member.apply(author.keyframe()).ok());
+  for (std::size_t i = 0; i < KeyframeLog::kMost; ++i) ASSERT_TRUE(member.apply(author.keyframe()).ok());
   expect_refused(member, author.keyframe(), "as many as are looked at");
-  EXPECT_EQ(member.keyframes.size(), TeamMember::kMaxKeyframes);
-  EXPECT_EQ(member.places.size(), TeamMember::kMaxKeyframes);
+  EXPECT_EQ(member.keyframes.size(), KeyframeLog::kMost);
+  EXPECT_EQ(member.keyframes.chain().size(), KeyframeLog::kMost);
   ASSERT_TRUE(member.apply(author.finish()).ok());
   EXPECT_TRUE(member.keyframes_complete()) << "what is refused is not waited for";
   for (std::size_t i = 0; i < TeamMember::kMaxLinks; ++i)

@@ -45,8 +45,8 @@ TEST_F(WayOnMap, BendsEvenlyFromAnchorToAnchor) {
 TEST_F(WayOnMap, KeyframesAndThePresentGoWithTheirAnchors) {
   const auto keyframes = keyframes_on_map(member(), solved);
   ASSERT_EQ(keyframes.size(), 2u);
-  EXPECT_EQ(keyframes[0].t_10um[0], 0);
-  EXPECT_EQ(keyframes[1].t_10um[0], 1000);
+  EXPECT_EQ(keyframes[0].T_map_keyframe.t_10um[0], 0);
+  EXPECT_EQ(keyframes[1].T_map_keyframe.t_10um[0], 1000);
   EXPECT_EQ(correction_now(member(), solved).t_10um[0], 1000);
 }
 

@@ -23,6 +23,10 @@ struct OutgoingRecord {
 struct Published {
   std::uint32_t keyframes = 0, submaps = 0, poses = 0;
   std::uint64_t refused = 0;  // records
+  void forget(mapping::RecordKind kind) {
+    keyframes -= kind == mapping::RecordKind::keyframe;
+    submaps -= kind == mapping::RecordKind::submap;
+  }
   void count(const OutgoingRecord& record) {
     keyframes += record.kind == mapping::RecordKind::keyframe;
     submaps += record.kind == mapping::RecordKind::submap;

@@ -117,6 +117,7 @@ class Radio {
   Result<RecordId> append_body(Instant now, OutgoingRecord& record);
   void name_needless(Instant now, std::size_t leave);
   void take_spare();
+  void replace_keyframes(Instant now);
   bool append_finished(Instant now, std::uint32_t frames);
   void begin_new_life(Instant now);
   void end_life(Instant now, OutgoingRecord hello);
@@ -157,8 +158,9 @@ class Radio {
   mapping::SpareRecords spare_;
   RadioView view_;
 
-  std::deque<RecordId> needless_;         // own voxel records, to be named
-  std::uint64_t named_ = 0, let_go_ = 0;  // of these; bodies that were given up
+  std::deque<RecordId> needless_;                 // own voxel records, to be named
+  std::deque<mapping::KeyframeRemains> remains_;  // of own keyframes, to be written
+  std::uint64_t named_ = 0, let_go_ = 0;          // of these; bodies that were given up
 
   std::uint64_t said_digest_ = 0;           // as the node has it
   std::map<RobotId, bool> alive_;           // as last logged

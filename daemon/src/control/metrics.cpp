@@ -99,7 +99,9 @@ void add_map(const RobotFacts& f, PrometheusText& out) {
           count(f.team.places_left_out));
   out.one("onemap_submaps_needless_total", Type::counter, "Own voxel records that later ones made needless.",
           count(f.team.needless));
-  out.one("onemap_bodies_let_go_total", Type::counter, "Bodies of replaced voxel records that were given up.",
+  out.one("onemap_keyframes_needless_total", Type::counter, "Own keyframes of which only the places are needed.",
+          count(f.team.needless_keyframes));
+  out.one("onemap_bodies_let_go_total", Type::counter, "Bodies of replaced records that were given up.",
           count(f.radio.let_go));
   out.one("onemap_maps_fused_total", Type::counter, "Global maps that were fused.", count(f.links.maps_fused));
   out.one("onemap_merge_seconds", Type::gauge, "From the end of the last robot's work to the map.",

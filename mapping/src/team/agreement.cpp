@@ -63,7 +63,7 @@ bool Agreement::verified(const ChainId& a, const ChainId& b) const {
 bool Agreement::looked_at_own(const RobotId& robot) const {
   const TeamMember& m = member(robot);
   const auto is_anchor = [](const KeyframePlace& place) { return place.anchor == place.index; };
-  if (std::ranges::count_if(m.places, is_anchor) < 2 || gone_.contains(robot)) return true;
+  if (std::ranges::count_if(m.keyframes.places(), is_anchor) < 2 || gone_.contains(robot)) return true;
   const LinkRecord* loops = own_loops(m, robot);
   return (loops != nullptr && covers(*loops, m, m)) || (robot != log_.self() && presence_.quiet(m, now_));
 }

@@ -21,7 +21,7 @@ std::vector<ChainExtent> everything_here(const TeamLog& log, const SolutionRecor
   out.reserve(solution.robots.size());
   for (const SolvedRobot& solved : solution.robots)
     if (const TeamMember* member = log.find(solved.chain); member != nullptr)
-      out.push_back({solved.chain, static_cast<std::uint32_t>(member->keyframes.size()),
+      out.push_back({solved.chain, static_cast<std::uint32_t>(member->keyframes.most_whole()),
                      static_cast<std::uint32_t>(member->submaps.most_whole())});
   return out;
 }
@@ -30,7 +30,8 @@ bool holds(const TeamLog& log, const std::vector<ChainExtent>& extents) {
   return std::ranges::all_of(extents, [&](const ChainExtent& extent) {
     const TeamMember* member = log.find(extent.chain);
     return member != nullptr && member->keyframes.size() >= extent.keyframes &&
-           member->submaps.size() >= extent.submaps && member->submaps.is_whole(extent.submaps);
+           member->keyframes.is_whole(extent.keyframes) && member->submaps.size() >= extent.submaps &&
+           member->submaps.is_whole(extent.submaps);
   });
 }
 

@@ -21,7 +21,7 @@ Vector3f cameras_up(std::span<const PlacedKeyframe> keyframes) {
 std::size_t keyframes_here(const TeamLog& log, const SolutionRecord& solution) {
   std::size_t count = 0;
   for (const SolvedRobot& solved : solution.robots)
-    if (const TeamMember* member = log.find(solved.chain)) count += member->places.size();
+    if (const TeamMember* member = log.find(solved.chain)) count += member->keyframes.size();
   return count;
 }
 
@@ -36,9 +36,9 @@ std::vector<PlacedKeyframe> placed_keyframes(const TeamLog& log, const SolutionR
   for (const SolvedRobot& solved : solution.robots) {
     const TeamMember* member = log.find(solved.chain);
     if (member == nullptr) continue;
-    const auto poses = keyframes_on_map(*member, solved);
-    for (std::size_t i = 0; i < poses.size(); ++i)
-      placed.push_back({member->keyframes[i]->body, from_quantized(poses[i])});
+    for (const KeyframeOnMap& keyframe : keyframes_on_map(*member, solved))
+      if (const RecordPtr& record = member->keyframes[keyframe.position]; record != nullptr)
+        placed.push_back({record->body, from_quantized(keyframe.T_map_keyframe)});
   }
   return placed;
 }

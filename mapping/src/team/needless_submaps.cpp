@@ -95,13 +95,14 @@ std::vector<std::uint32_t> NeedlessSubmaps::sent_again() {
 
 NeedlessSubmaps::Visits NeedlessSubmaps::visits(const TeamMember& own, const SolvedRobot& solved) {
   Visits out;
-  for (const KeyframePlace& place : own.places) {
+  for (const KeyframePlace& place : own.keyframes.places()) {
+    if (!place.known()) continue;
     const auto [at, first] = out.try_emplace(place.anchor);
     Visit& visit = at->second;
     visit.begin = first ? place.time : std::min(visit.begin, place.time);
     visit.end = std::max(visit.end, place.time);
   }
-  for (const PlacedAnchor& anchor : placed_anchors(own, solved, own.places.size()))
+  for (const PlacedAnchor& anchor : placed_anchors(own, solved, own.keyframes.size()))
     if (const auto at = out.find(anchor.keyframe); at != out.end())
       at->second.T_map_anchor = from_quantized(anchor.T_map_anchor);
   std::erase_if(out, [](const auto& visit) { return !visit.second.T_map_anchor; });

@@ -6,6 +6,7 @@ namespace onemap::mapping {
 
 KeyframeSource keyframes_of(const RobotId& robot, const TeamMember& member) {
   return {robot, member.keyframes.size(), [&member](std::size_t i) {
+            if (member.keyframes[i] == nullptr) return KeyframeRecord{};
             auto keyframe = decode_keyframe(member.keyframes[i]->body);
             return keyframe ? std::move(*keyframe) : KeyframeRecord{};
           }};
@@ -14,14 +15,17 @@ KeyframeSource keyframes_of(const RobotId& robot, const TeamMember& member) {
 PlaceIndex& OwnPlaces::up_to_date(const RobotId& self, const TeamMember& own) {
   if (life_ != own.incarnation || keyframes_ > own.keyframes.size()) {
     index_.clear();
-    keyframes_ = 0;
+    keyframes_ = gone_ = 0;
     every_ = 1;
   }
   life_ = own.incarnation;
   for (; keyframes_ < own.keyframes.size(); ++keyframes_) {
+    if (own.keyframes[keyframes_] == nullptr) continue;
     const auto keyframe = decode_keyframe(own.keyframes[keyframes_]->body);
     if (keyframe) put_in({self, own.incarnation, keyframes_}, *keyframe);
   }
+  for (; gone_ < own.keyframes.gone().size(); ++gone_)
+    index_.remove({self, own.incarnation, own.keyframes.gone()[gone_]});
   return index_;
 }
 

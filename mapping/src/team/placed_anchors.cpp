@@ -9,7 +9,8 @@ namespace {
 // In the robot's own frame, sorted; of keyframes that claim one number the first counts.
 std::vector<PlacedAnchor> own_anchors(const TeamMember& member, std::size_t keyframes) {
   std::vector<PlacedAnchor> out;
-  for (const KeyframePlace& k : std::span(member.places).first(std::min(keyframes, member.places.size())))
+  const std::vector<KeyframePlace>& places = member.keyframes.places();
+  for (const KeyframePlace& k : std::span(places).first(std::min(keyframes, places.size())))
     if (k.index == k.anchor) out.push_back({k.index, k.T_robot_keyframe});
   std::ranges::stable_sort(out, {}, &PlacedAnchor::keyframe);
   const auto same = [](const PlacedAnchor& a, const PlacedAnchor& b) { return a.keyframe == b.keyframe; };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <span>
 
 #include "mapping/team/link_table.hpp"
 #include "mapping/team/placed_anchors.hpp"
@@ -21,7 +22,8 @@ using Places = std::map<std::uint32_t, const KeyframePlace*>;
 
 Places places_of(const TeamMember& member) {
   Places out;
-  for (const KeyframePlace& place : member.places) out.emplace(place.index, &place);
+  for (const KeyframePlace& place : member.keyframes.places())
+    if (place.known()) out.emplace(place.index, &place);
   return out;
 }
 
@@ -64,17 +66,20 @@ std::optional<LinkEnd> end_of(const ChainId& chain, const Places& places, std::u
 struct Chain {
   ChainId id;
   Places places;
+  std::span<const KeyframePlace> in_order;  // of the log
 };
 
-// The last of so many keyframes.
-std::uint32_t last_known(const Places& places, std::uint32_t count) {
-  if (count == 0 || count >= places.size()) return kAllKeyframes;
-  return std::next(places.begin(), static_cast<std::ptrdiff_t>(count) - 1)->first;
+// The last one among the first so many records of the log.
+std::uint32_t last_known(const Chain& chain, std::uint32_t count) {
+  if (count == 0 || count >= chain.in_order.size()) return kAllKeyframes;
+  std::uint32_t last = 0;
+  for (const KeyframePlace& place : chain.in_order.first(count))
+    if (place.known()) last = std::max(last, place.index);
+  return last;
 }
 
 void add_link(const LinkRecord& link, const Chain& a, const Chain& b, PoseGraph& graph) {
-  const std::uint32_t known_a = last_known(a.places, link.keyframes_a),
-                      known_b = last_known(b.places, link.keyframes_b);
+  const std::uint32_t known_a = last_known(a, link.keyframes_a), known_b = last_known(b, link.keyframes_b);
   for (const LinkPair& pair : link.pairs) {
     const auto end_a = end_of(a.id, a.places, pair.keyframe_a), end_b = end_of(b.id, b.places, pair.keyframe_b);
     if (!end_a || !end_b || end_a->anchor_id() == end_b->anchor_id()) continue;
@@ -136,7 +141,7 @@ PoseGraph team_graph(const TeamLog& log, std::span<const ChainId> lives) {
   for (const ChainId& life : lives) {
     const TeamMember* member = log.find(life);
     if (member == nullptr) continue;
-    Chain chain{life, places_of(*member)};
+    Chain chain{life, places_of(*member), member->keyframes.places()};
     if (auto anchors = chain_of(chain.places); !anchors.empty() && graph.set_chain(life, std::move(anchors)))
       chains.emplace(life, std::move(chain));
   }

@@ -75,6 +75,11 @@ std::vector<RecordId> TeamLog::let_go(const ChainId& chain, std::size_t submaps)
   return at == members_.end() ? std::vector<RecordId>() : at->second.submaps.let_go(submaps);
 }
 
+std::vector<RecordId> TeamLog::let_go_keyframes(const ChainId& chain) {
+  const auto at = members_.find(chain);
+  return at == members_.end() ? std::vector<RecordId>() : at->second.keyframes.let_go();
+}
+
 const TeamMember* TeamLog::find(const ChainId& chain) const {
   const auto at = members_.find(chain);
   return at == members_.end() ? nullptr : &at->second;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "mapping/records/keyframe.hpp"
 #include "mapping/team/link_table.hpp"
 #include "mapping/team/placed_anchors.hpp"
 #include "mapping/team/way_on_map.hpp"
@@ -29,6 +30,8 @@ void TeamMap::apply(const RecordPtr& record, Instant now) {
     refuse(record->id, record->kind, taken.error().text());
   else if (*taken)
     tell(*record, !greeted);
+  const std::vector<RecordId> unread = log_.let_go_keyframes({record->id.log.robot, record->id.log.incarnation});
+  spare_.unread.insert(spare_.unread.end(), unread.begin(), unread.end());
 }
 
 void TeamMap::refuse(const RecordId& id, std::uint16_t kind, const std::string& reason) {
@@ -193,10 +196,10 @@ bool TeamMap::look_for_needless(Instant now) {
   constexpr Duration kLook = std::chrono::seconds(10);
   constexpr std::size_t kMany = 100;  // records that came since: recordings are played as fast as it goes
   const TeamMember* own = log_.own();
-  const bool many = own != nullptr && own->submaps.size() >= needless_looked_at_ + kMany;
+  const bool many = own != nullptr && own->submaps.size() + own->keyframes.size() >= needless_looked_at_ + kMany;
   if ((now < next_needless_ && !many) || !fusion_.done()) return false;
   next_needless_ = now + kLook;
-  needless_looked_at_ = own == nullptr ? 0 : own->submaps.size();
+  needless_looked_at_ = own == nullptr ? 0 : own->submaps.size() + own->keyframes.size();
   const SolvedRobot* solved = find_solved(*fusion_.solution(), log_.own_chain());
   if (own == nullptr || solved == nullptr || own->finished) return false;
   worked_ = Work::thinned;
@@ -204,6 +207,13 @@ bool TeamMap::look_for_needless(Instant now) {
   for (const std::uint32_t sequence : needless_.look(*own, *solved)) {
     spare_.needless.push_back({voxels.log, sequence});
     ++view_.needless;
+  }
+  for (const std::size_t position : needless_keyframes_.look(self_, *own, *solved, places_)) {
+    const Record& record = *own->keyframes[position];
+    const auto keyframe = decode_keyframe(record.body);
+    if (!keyframe) continue;
+    spare_.keyframes.push_back({record.id, encode(place_alone(*keyframe))});
+    ++view_.needless_keyframes;
   }
   return false;
 }

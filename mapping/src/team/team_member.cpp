@@ -3,7 +3,6 @@
 #include "hal/base/text.hpp"
 #include "mapping/records/hello.hpp"
 #include "mapping/records/keeping.hpp"
-#include "mapping/records/keyframe.hpp"
 #include "mapping/records/kind.hpp"
 
 namespace onemap::mapping {
@@ -28,13 +27,8 @@ Status keep_hello(const Record& record, TeamMember& member) {
 }
 
 Status keep_keyframe(const RecordPtr& record, TeamMember& member) {
-  auto keyframe = decode_keyframe(record->body);
-  if (!keyframe) return ++member.keyframes_refused, keyframe.error();
-  if (member.keyframes.size() == TeamMember::kMaxKeyframes)
-    return ++member.keyframes_refused, Error{"keyframe record", "this robot has as many as are looked at"};
-  member.keyframes.push_back(record);
-  member.places.push_back({keyframe->index, keyframe->anchor, keyframe->T_robot_keyframe, keyframe->time});
-  return success();
+  member.keyframes_refused += member.keyframes.size() == KeyframeLog::kMost ? 1 : 0;
+  return member.keyframes.add(record);
 }
 
 Status keep_poses(const RecordPtr& record, TeamMember& member) {
@@ -78,7 +72,7 @@ Status keep_solution(const Record& record, TeamMember& member) {
 }  // namespace
 
 Status TeamMember::apply(const RecordPtr& record) {
-  if (record->dropped && static_cast<RecordKind>(record->kind) != RecordKind::submap) {
+  if (record->dropped && !may_be_replaced(static_cast<RecordKind>(record->kind))) {
     if (only_the_last_counts(static_cast<RecordKind>(record->kind))) return success();  // a later one took its place
     return Error{"kind " + std::to_string(record->kind), "its body was dropped, and nothing takes its place"};
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "mapping/local/rigid.hpp"
 #include "team/verify_clouds.hpp"
@@ -141,16 +142,18 @@ SideBySide side_by_side(const KeyframeSource& a, const KeyframeSource& b, const 
                         const std::vector<CloudPair>& looked_at) {
   const Vector3d ahead(0, 0, kAhead_m);
   const auto poses = [](const KeyframeSource& source) {
-    std::vector<Pose> out;
-    out.reserve(source.count);
-    for (std::size_t i = 0; i < source.count; ++i) out.push_back(from_quantized(source.load(i).T_robot_keyframe));
+    std::vector<std::optional<Pose>> out(source.count);  // nothing: without features there is nothing to compare
+    for (std::size_t i = 0; i < source.count; ++i)
+      if (const KeyframeRecord keyframe = source.load(i); !keyframe.features.empty())
+        out[i] = from_quantized(keyframe.T_robot_keyframe);
     return out;
   };
-  const std::vector<Pose> in_a = poses(a), in_b = poses(b);
+  const std::vector<std::optional<Pose>> in_a = poses(a), in_b = poses(b);
   std::vector<std::pair<double, CloudPair>> near;
   for (std::size_t r = 0; r < in_a.size(); ++r)
     for (std::size_t s = 0; s < in_b.size(); ++s) {
-      const Pose T_r_s = in_a[r].inverse() * T_a_b * in_b[s];
+      if (!in_a[r] || !in_b[s]) continue;
+      const Pose T_r_s = in_a[r]->inverse() * T_a_b * *in_b[s];
       const double apart = (T_r_s * ahead - ahead).norm() + T_r_s.t.norm();
       const auto same = [&](const CloudPair& pair) { return pair.r == r && pair.s == s; };
       if (apart < kApart_m && std::ranges::none_of(looked_at, same)) near.push_back({apart, {r, s, 0}});

@@ -42,7 +42,7 @@ std::vector<StampedPose> way_on_map(const TeamMember& member, const SolvedRobot&
   const Bends all = bends(member, solved);
   if (all.empty()) return {};
   std::vector<StampedPose> way = member.trajectory();
-  const auto& places = member.places;
+  const std::vector<KeyframePlace> places = member.keyframes.chain();
   std::size_t next = 0;  // the first keyframe after the pose
   for (StampedPose& pose : way) {
     while (next < places.size() && places[next].time <= pose.time) ++next;
@@ -58,12 +58,14 @@ std::vector<StampedPose> way_on_map(const TeamMember& member, const SolvedRobot&
   return way;
 }
 
-std::vector<QuantizedPose> keyframes_on_map(const TeamMember& member, const SolvedRobot& solved) {
+std::vector<KeyframeOnMap> keyframes_on_map(const TeamMember& member, const SolvedRobot& solved) {
   const Bends all = bends(member, solved);
-  std::vector<QuantizedPose> out;
+  std::vector<KeyframeOnMap> out;
   if (all.empty()) return out;
-  for (const KeyframePlace& k : member.places)
-    out.push_back(quantize(bend_at(all, k.anchor) * from_quantized(k.T_robot_keyframe)));
+  const std::vector<KeyframePlace>& places = member.keyframes.places();
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (places[i].known())
+      out.push_back({i, quantize(bend_at(all, places[i].anchor) * from_quantized(places[i].T_robot_keyframe))});
   return out;
 }
 

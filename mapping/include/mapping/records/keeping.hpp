@@ -10,7 +10,7 @@ constexpr bool only_the_last_counts(RecordKind kind) {
 }
 
 // Of these kinds a later record may say that it replaces an earlier one, whose body is dropped when no map is made of
-// it any more (mapping/team/submap_log.hpp).
-constexpr bool may_be_replaced(RecordKind kind) { return kind == RecordKind::submap; }
+// it any more (mapping/team/submap_log.hpp), or when what remains of it is known (mapping/team/keyframe_log.hpp).
+constexpr bool may_be_replaced(RecordKind kind) { return kind == RecordKind::submap || kind == RecordKind::keyframe; }
 
 }  // namespace onemap::mapping

@@ -6,7 +6,8 @@
 
 namespace onemap::mapping {
 
-// A member's keyframes, each decoded when it is loaded. Members keep only keyframes that decode.
+// A member's keyframes by their positions in its log, each decoded when it is loaded; without features where nothing
+// that it saw can be read.
 KeyframeSource keyframes_of(const RobotId& robot, const TeamMember& member);
 
 // This robot's keyframes in a place index, by their positions in its log. When it is full, every second one of those
@@ -28,6 +29,7 @@ class OwnPlaces {
   PlaceIndex index_;
   std::uint64_t life_ = 0;       // whose
   std::uint32_t keyframes_ = 0;  // so many of them were looked at
+  std::size_t gone_ = 0;         // so many of those whose views went were taken out
   std::uint32_t every_ = 1;      // of these every so manyth is in
 };
 

@@ -29,6 +29,8 @@ class TeamLog {
 
   // Maps of fewer than so many of this chain's voxel records are not made any more: see SubmapLog.
   std::vector<RecordId> let_go(const ChainId& chain, std::size_t submaps);
+  // This chain's keyframes of which the places remain: once each.
+  std::vector<RecordId> let_go_keyframes(const ChainId& chain);
 
   const RobotId& self() const { return self_.robot; }
   const ChainId& own_chain() const { return self_; }

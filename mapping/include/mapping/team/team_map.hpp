@@ -12,6 +12,7 @@
 #include "mapping/team/loop_finder.hpp"
 #include "mapping/team/map_fusion.hpp"
 #include "mapping/team/map_up.hpp"
+#include "mapping/team/needless_keyframes.hpp"
 #include "mapping/team/needless_submaps.hpp"
 #include "mapping/team/own_places.hpp"
 #include "mapping/team/pair_verifier.hpp"
@@ -49,6 +50,7 @@ struct TeamView {
   std::uint64_t submaps_left_out = 0;                 // of the last global map: more than may be decoded
   std::uint64_t blocks_unplaced = 0;                  // of the last global map: hung on an anchor nobody knows
   std::uint64_t needless = 0;                         // own voxel records that were found needless, in all
+  std::uint64_t needless_keyframes = 0;               // and own keyframes
   std::uint64_t records_refused = 0, submaps_refused = 0;  // malformed or not its author's to write; and of these
   Duration merge{};                                        // from the end of the last robot's work to the global map
   std::vector<std::uint64_t> digests;                      // of the last global maps, at most 32, the newest last
@@ -154,6 +156,7 @@ class TeamMap {
   FrontierRecord frontier_;  // the last one published
   MapFusion fusion_;
   NeedlessSubmaps needless_;
+  NeedlessKeyframes needless_keyframes_;
   std::size_t needless_looked_at_ = 0;  // so many own records
   SpareRecords spare_;
   std::set<RecordId> malformed_;                                           // submaps that were to be fused

@@ -13,34 +13,27 @@
 #include "mapping/records/ruling.hpp"
 #include "mapping/records/solution.hpp"
 #include "mapping/records/trajectory.hpp"
+#include "mapping/team/keyframe_log.hpp"
 #include "mapping/team/record_ptr.hpp"
 #include "mapping/team/submap_log.hpp"
 
 namespace onemap::mapping {
 
-// Where a keyframe is, and the keyframe whose submap its surface is in.
-struct KeyframePlace {
-  std::uint32_t index = 0, anchor = 0;  // the robot's own count
-  QuantizedPose T_robot_keyframe;
-  FrameTime time{};
-};
-
 // One robot of the team by its records of one life. What is large stays encoded, in the bodies that the store holds
 // anyway: a robot costs here a pointer a record and a pose a keyframe, whatever its records would decode to.
 struct TeamMember {
-  static constexpr std::size_t kMaxKeyframes = 4096, kMaxLinks = 512, kMaxRulings = 512;  // beyond: refused
+  static constexpr std::size_t kMaxLinks = 512, kMaxRulings = 512;  // beyond: refused
 
   std::uint64_t incarnation = 0;  // of the life that these records are from
   std::string name, camera;       // no name: no valid Hello yet, so this life does not count; camera is printable
   std::uint64_t repeats = 0;      // the earlier life whose records these are again; 0: none
   std::optional<FinishedRecord> finished;
-  std::vector<RecordPtr> keyframes;        // those that decode, in order of their log
+  KeyframeLog keyframes;                   // all of them
   SubmapLog submaps;                       // all of them
   std::vector<RecordPtr> trajectories;     // those that decode, in order of their log
   std::size_t poses = 0;                   // in them
-  std::size_t keyframes_refused = 0;       // they count for completeness, and nothing else
+  std::size_t keyframes_refused = 0;       // beyond what is looked at: they count for completeness, and nothing else
   bool poses_refused = false;              // some are missing for good
-  std::vector<KeyframePlace> places;       // of these keyframes
   std::optional<SolutionRecord> solution;  // the last one that it published
   std::uint64_t solution_digest = 0;       // its digest()
   std::optional<FrontierRecord> frontier;  // the last one that it published

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <vector>
 
 #include "mapping/records/solution.hpp"
@@ -11,7 +12,13 @@
 namespace onemap::mapping {
 
 std::vector<StampedPose> way_on_map(const TeamMember& member, const SolvedRobot& solved);
-std::vector<QuantizedPose> keyframes_on_map(const TeamMember& member, const SolvedRobot& solved);
+
+struct KeyframeOnMap {
+  std::size_t position = 0;  // in the robot's log
+  QuantizedPose T_map_keyframe;
+};
+// Those whose places are known.
+std::vector<KeyframeOnMap> keyframes_on_map(const TeamMember& member, const SolvedRobot& solved);
 
 // From the robot's odometry frame to the map's, where it is now: at its last anchor (the correction of ROS REP 105,
 // which may jump when the map is solved anew; the odometry never does).

@@ -1,0 +1,85 @@
+#include "mapping/team/needless_keyframes.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "mapping/team/candidates.hpp"
+#include "mapping/team/way_on_map.hpp"
+
+namespace onemap::mapping {
+
+namespace {
+
+constexpr std::chrono::seconds kAway{60};  // between two visits
+constexpr double kNear_m = 0.3;
+constexpr double kSameWay = 0.9396926;      // cosine of 20 degrees
+constexpr std::uint32_t kFewestAlike = 12;  // features that are alike, as for a pair that is worth a look
+constexpr std::size_t kMostAsked = 100;     // keyframes, of one look: each costs a question to the index
+
+}  // namespace
+
+std::vector<NeedlessKeyframes::View> NeedlessKeyframes::views(const TeamMember& own, const SolvedRobot& solved) {
+  std::vector<View> out;
+  for (const KeyframeOnMap& keyframe : keyframes_on_map(own, solved))
+    if (own.keyframes[keyframe.position] != nullptr)
+      out.push_back(
+          {keyframe.position, own.keyframes.places()[keyframe.position].time, from_quantized(keyframe.T_map_keyframe)});
+  return out;
+}
+
+// Of those that stay, the positions that saw again what this one sees.
+std::set<std::uint32_t> NeedlessKeyframes::since(const View& view, const std::vector<View>& kept) {
+  std::set<std::uint32_t> out;
+  for (const View& later : kept) {
+    const Pose apart = view.T_map_keyframe.inverse() * later.T_map_keyframe;
+    if (later.time >= view.time + kAway && apart.t.norm() <= kNear_m && rotation_cosine(apart.R) >= kSameWay)
+      out.insert(static_cast<std::uint32_t>(later.position));
+  }
+  return out;
+}
+
+bool NeedlessKeyframes::is_seen_again(const RecordPtr& record, std::size_t position,
+                                      const std::set<std::uint32_t>& since, PlaceIndex& index) {
+  tried_[position] = *since.rbegin();
+  const auto keyframe = decode_keyframe(record->body);
+  if (!keyframe) return false;
+  const auto places = index.query(keyframe->descriptor_kind, binary_features(*keyframe), 1,
+                                  [&](const PlaceId& id) { return since.contains(id.keyframe); });
+  return !places.empty() && places.front().features >= kFewestAlike;
+}
+
+// The latest first: what stays speaks for what goes.
+std::vector<std::size_t> NeedlessKeyframes::look(const RobotId& self, const TeamMember& own, const SolvedRobot& solved,
+                                                 OwnPlaces& places) {
+  if (std::exchange(life_, own.incarnation) != own.incarnation) named_.clear(), tried_.clear();
+  PlaceIndex& index = places.up_to_date(self, own);
+  std::vector<View> all = views(own, solved), kept;
+  std::vector<std::size_t> out;
+  std::size_t asked = 0;
+  for (auto view = all.rbegin(); view != all.rend(); ++view) {
+    if (named_.contains(view->position)) continue;
+    const std::set<std::uint32_t> since = NeedlessKeyframes::since(*view, kept);
+    const auto tried = tried_.find(view->position);
+    const bool news = !since.empty() && (tried == tried_.end() || tried->second < *since.rbegin());
+    if (news && asked++ < kMostAsked && is_seen_again(own.keyframes[view->position], view->position, since, index))
+      out.push_back(view->position);
+    else
+      kept.push_back(*view);
+  }
+  named_.insert(out.begin(), out.end());
+  std::ranges::sort(out);
+  return out;
+}
+
+KeyframeRecord place_alone(const KeyframeRecord& keyframe) {
+  KeyframeRecord out;
+  out.index = keyframe.index;
+  out.time = keyframe.time;
+  out.T_robot_keyframe = keyframe.T_robot_keyframe;
+  out.anchor = keyframe.anchor;
+  out.descriptor_kind = keyframe.descriptor_kind;
+  return out;
+}
+
+}  // namespace onemap::mapping
