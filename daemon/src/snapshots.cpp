@@ -16,8 +16,8 @@ namespace {
 
 constexpr int kNiceness = 10;
 constexpr auto kLongestDrawing = std::chrono::seconds(120);
-constexpr auto kRest = std::chrono::seconds(10);     // from one snapshot of a changed map to the next
-constexpr auto kPatience = std::chrono::seconds(5);  // for the global map that is being built
+constexpr auto kRest = std::chrono::seconds(10);        // from one snapshot of a changed map to the next
+constexpr auto kMapPatience = std::chrono::seconds(5);  // for the global map that is being built
 constexpr auto kLook = std::chrono::milliseconds(50);
 constexpr std::size_t kMostKeyframes = 500;  // of a plan, which takes milliseconds each and cannot be left off
 
@@ -206,7 +206,7 @@ Snapshots::Take take_from(Team& team) {
     // Shared with the team's thread, which may come to it when nobody waits any more.
     auto promised = std::make_shared<std::promise<MapCopy>>();
     auto copy = promised->get_future();
-    team.ask([promised, patience = now() + kPatience](const mapping::TeamMap& map) {
+    team.ask([promised, patience = now() + kMapPatience](const mapping::TeamMap& map) {
       const Instant began = now();
       if (map.map() == nullptr && began < patience) return false;  // on its way from one map to the next
       MapCopy taken = copy_map(map);

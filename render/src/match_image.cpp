@@ -12,7 +12,7 @@
 namespace onemap::render {
 namespace {
 
-constexpr Color kKept{40, 215, 80}, kRejected{235, 60, 50}, kPaper{250, 250, 250}, kInk{35, 38, 42};
+constexpr Color kKept{40, 215, 80}, kRejected{235, 60, 50}, kImagePaper{250, 250, 250}, kImageInk{35, 38, 42};
 constexpr int kSeam_px = 6, kColumns = 8, kRows = 6;
 
 Image photograph(const MatchSide& side) {
@@ -49,7 +49,7 @@ void draw_words(Image& image, int top, const std::string& words) {
   const float text = std::min(0.45f * height, 0.45f * height * 0.9f * static_cast<float>(image.width) /
                                                   std::max(text_width_px(words, 0.45f * height), 1.0f));
   const float left = 0.5f * (static_cast<float>(image.width) - text_width_px(words, text));
-  draw_text(image, {left, static_cast<float>(top) + 0.5f * (height + text)}, words, text, kInk);
+  draw_text(image, {left, static_cast<float>(top) + 0.5f * (height + text)}, words, text, kImageInk);
 }
 
 }  // namespace
@@ -58,7 +58,7 @@ Image draw_matches(const MatchSide& left, const MatchSide& right, std::span<cons
                    std::span<const std::uint8_t> kept) {
   assert(matches.size() == kept.size());
   const int right_x = left.width + kSeam_px, tall = std::max(left.height, right.height);
-  Image image(right_x + right.width, tall + std::max(12, tall / 16), kPaper);
+  Image image(right_x + right.width, tall + std::max(12, tall / 16), kImagePaper);
   paste(image, photograph(left), 0, 0);
   paste(image, photograph(right), right_x, 0);
   std::array<std::vector<std::size_t>, 2> by_kind;  // rejected, kept

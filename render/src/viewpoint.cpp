@@ -13,7 +13,7 @@
 namespace onemap::render {
 namespace {
 
-constexpr std::size_t kMaxSamples = 100000;     // points that decide a viewpoint
+constexpr std::size_t kMostPoints = 100000;     // points that decide a viewpoint
 constexpr float kMargin = 1 / (1 - 2 * 0.08f);  // 8 % of the picture stay free on each side
 constexpr float kStrays = 0.003f, kBeyond = 0.04f;
 constexpr float kOneWay = 0.6f;     // length of the mean viewing direction from which the cameras looked one way
@@ -32,11 +32,11 @@ void for_each_pose(const Scene& scene, const Visit& visit) {
     for (const auto& pose : robot.keyframe_poses.empty() ? robot.poses : robot.keyframe_poses) visit(pose);
 }
 
-// Every n-th point so that at most kMaxSamples remain, without the strays along the frame's axes.
+// Every n-th point so that at most kMostPoints remain, without the strays along the frame's axes.
 std::vector<Sample> sample_map(const Scene& scene, const Frame& frame) {
   const auto &points = map_points(scene), &normals = map_normals(scene);
   const bool has_normals = normals.size() == points.size();
-  const std::size_t step = points.size() / kMaxSamples + 1;
+  const std::size_t step = points.size() / kMostPoints + 1;
   std::vector<Sample> samples;
   for (std::size_t i = 0; i < points.size(); i += step)
     if (points[i].allFinite())

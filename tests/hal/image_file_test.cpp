@@ -14,26 +14,26 @@ using test::Bytes;
 using test::PngKind;
 using testing::HasSubstr;
 
-constexpr ImageSize kSize{40, 30};
+constexpr ImageSize kImageSize{40, 30};
 constexpr std::size_t kPixels = 40 * 30;
 
 // The decoded pixels, or the test fails with the reason.
 Bytes color_of(const Bytes& file) {
   Bytes rgb(3 * kPixels);
-  const Status status = decode_color(file, kSize, rgb);
+  const Status status = decode_color(file, kImageSize, rgb);
   EXPECT_TRUE(status.ok()) << status.error().text();
   return rgb;
 }
 
 std::string color_error(const Bytes& file) {
   Bytes rgb(3 * kPixels);
-  const Status status = decode_color(file, kSize, rgb);
+  const Status status = decode_color(file, kImageSize, rgb);
   return status ? "" : status.error().reason;
 }
 
 std::string depth_error(const Bytes& file) {
   std::vector<std::uint16_t> depth(kPixels);
-  const Status status = decode_depth(file, kSize, depth);
+  const Status status = decode_depth(file, kImageSize, depth);
   return status ? "" : status.error().reason;
 }
 
@@ -137,7 +137,7 @@ TEST(ImageFile, MotionJpegHasTheStandardTables) {
 TEST(ImageFile, DepthValuesAreExact) {
   const std::vector<std::uint16_t> depth = test::ramp(40, 30, 3);
   std::vector<std::uint16_t> decoded(kPixels);
-  ASSERT_TRUE(decode_depth(test::encode_depth_png(40, 30, depth), kSize, decoded).ok());
+  ASSERT_TRUE(decode_depth(test::encode_depth_png(40, 30, depth), kImageSize, decoded).ok());
   EXPECT_EQ(decoded, depth);
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-const std::string kRoom = "simulated:office?seed=3&width=160&height=120";
+const std::string kRecordedRoom = "simulated:office?seed=3&width=160&height=120";
 
 // As any program records: the device's own settings, mirrored; a step, then both images.
 void record(test::OpenNi2Devices& devices, const std::string& file, int frames) {
@@ -65,7 +65,7 @@ struct Picture {
 };
 
 std::vector<Picture> room_pictures(int frames) {
-  auto room = std::move(open_simulated(*parse_camera_address(kRoom))).value();
+  auto room = std::move(open_simulated(*parse_camera_address(kRecordedRoom))).value();
   FramePool pool(room->intrinsics(), 1);
   Frame frame = pool.acquire();
   std::vector<Picture> out;
@@ -108,7 +108,7 @@ void expect_room(const std::string& file, int frames) {
 
 TEST(OpenNi2Recording, IsPlayedPixelForPixel) {
   test::OpenNi2Devices devices;
-  devices.plug("a", "room " + kRoom + "\nsteps 1\nhundred_um 1\n");
+  devices.plug("a", "room " + kRecordedRoom + "\nsteps 1\nhundred_um 1\n");
   const std::string file = devices.folder() / "room.oni";
   record(devices, file, 12);
   if (HasFatalFailure()) return;
@@ -118,7 +118,7 @@ TEST(OpenNi2Recording, IsPlayedPixelForPixel) {
 
 TEST(OpenNi2Recording, ThatBreaksOffSaysSoAndEnds) {
   test::OpenNi2Devices devices;
-  devices.plug("a", "room " + kRoom + "\nsteps 1\n");
+  devices.plug("a", "room " + kRecordedRoom + "\nsteps 1\n");
   const std::string file = devices.folder() / "room.oni";
   record(devices, file, 8);
   if (HasFatalFailure()) return;

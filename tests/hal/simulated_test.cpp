@@ -14,7 +14,7 @@
 namespace onemap::hal {
 namespace {
 
-struct Picture {
+struct SeenPicture {
   FrameTime time{}, depth_time{};
   std::uint64_t index = 0;
   std::vector<std::uint8_t> rgb;
@@ -34,9 +34,9 @@ std::unique_ptr<DepthCamera> open(const std::string& text) {
 }
 
 // The frames with the given numbers, in rising order.
-std::vector<Picture> take(DepthCamera& camera, const std::set<std::uint64_t>& wanted) {
+std::vector<SeenPicture> take(DepthCamera& camera, const std::set<std::uint64_t>& wanted) {
   FramePool pool(camera.intrinsics(), 1);
-  std::vector<Picture> out;
+  std::vector<SeenPicture> out;
   Frame frame = pool.acquire();
   for (std::uint64_t i = 0; i <= *wanted.rbegin(); ++i) {
     EXPECT_EQ(camera.grab(frame, std::chrono::milliseconds(0)), Grab::frame);
@@ -48,7 +48,7 @@ std::vector<Picture> take(DepthCamera& camera, const std::set<std::uint64_t>& wa
   return out;
 }
 
-std::vector<Picture> take(const std::string& text, const std::set<std::uint64_t>& wanted) {
+std::vector<SeenPicture> take(const std::string& text, const std::set<std::uint64_t>& wanted) {
   return take(*open(text), wanted);
 }
 
@@ -107,7 +107,7 @@ TEST(Simulated, BadAddressesSayWhatIsValid) {
 
 // A change of this number is a change of every simulated recording: of textures, furniture, walks or noise.
 TEST(Simulated, PinnedBytes) {
-  const Picture p = take("simulated:living-room?robot=2&seed=1&width=320&height=240", {7}).front();
+  const SeenPicture p = take("simulated:living-room?robot=2&seed=1&width=320&height=240", {7}).front();
   std::uint64_t h = 1469598103934665603u;  // FNV-1a
   const auto add = [&](std::uint64_t byte) { h = (h ^ byte) * 1099511628211u; };
   for (const auto v : p.rgb) add(v);
@@ -119,7 +119,7 @@ using Vec = std::array<double, 3>;
 
 // The geometry of one frame under its true pose, for 640x480 and its like: plain formulas, rotation by quaternion.
 struct Seen {
-  Picture picture;
+  SeenPicture picture;
   SimulatedPose pose;
   Intrinsics k;
 
@@ -160,7 +160,7 @@ std::vector<Seen> see(const std::string& text, const std::set<std::uint64_t>& wa
   const auto truth = simulated_truth(address_of(text));
   EXPECT_TRUE(truth.ok());
   std::vector<Seen> out;
-  for (Picture& picture : take(*camera, wanted)) {
+  for (SeenPicture& picture : take(*camera, wanted)) {
     const std::size_t i = picture.index;
     EXPECT_EQ(picture.time, (*truth)[i].time);
     out.push_back({std::move(picture), (*truth)[i], camera->intrinsics()});
@@ -322,7 +322,7 @@ TEST(Simulated, WalksAreSmoothAndInFreeSpaceForAnySeed) {
 }
 
 // Share of a picture's 8 x 8 blocks whose brightness changes by more than the noise and the fading towards the edges.
-double share_with_structure(const Picture& p, int width, int height) {
+double share_with_structure(const SeenPicture& p, int width, int height) {
   int blocks = 0, structured = 0;
   for (int y = 0; y + 8 <= height; y += 8)
     for (int x = 0; x + 8 <= width; x += 8) {
@@ -344,7 +344,7 @@ TEST(Simulated, MostOfBlankWallsHasNoTexture) {
   const std::set<std::uint64_t> wanted{0, 100, 200, 300, 400, 500, 600};
   const auto mean = [&](const std::string& scene) {
     double sum = 0;
-    for (const Picture& p : take("simulated:" + scene + "?width=320&height=240&frames=620", wanted))
+    for (const SeenPicture& p : take("simulated:" + scene + "?width=320&height=240&frames=620", wanted))
       sum += share_with_structure(p, 320, 240) / 7;
     return sum;
   };
@@ -412,15 +412,15 @@ TEST(Simulated, RobotsOfTheHouseMeetAtTwoPlaces) {
 }
 
 // A square piece of a picture, grey, mean 0 and length 1; `contrast` is its standard deviation before.
-constexpr int kSide = 21, kPixels = kSide * kSide, kWidth = 320, kHeight = 240;
+constexpr int kSide = 21, kPixels = kSide * kSide, kViewWidth = 320, kViewHeight = 240;
 struct Piece {
   std::array<float, kPixels> values{};
   float contrast = 0;
 
-  Piece(const Picture& p, int x, int y) {
+  Piece(const SeenPicture& p, int x, int y) {
     float mean = 0, squares = 0;
     for (int i = 0; i < kPixels; ++i) {
-      const auto at = 3 * static_cast<std::size_t>((y + i / kSide) * kWidth + x + i % kSide);
+      const auto at = 3 * static_cast<std::size_t>((y + i / kSide) * kViewWidth + x + i % kSide);
       values[static_cast<std::size_t>(i)] = static_cast<float>(p.rgb[at] + p.rgb[at + 1] + p.rgb[at + 2]) / 3;
     }
     for (const float v : values) mean += v / kPixels;
@@ -450,15 +450,15 @@ struct Piece {
 
 // The share of a's pieces with structure that are found anywhere in b with a correlation over 0.9: an independent
 // stand-in for feature matching.
-double likeness(const Picture& a, const Picture& b) {
+double likeness(const SeenPicture& a, const SeenPicture& b) {
   std::vector<Piece> wanted;
-  for (int y = 20; y < kHeight - 40; y += 24)
-    for (int x = 20; x < kWidth - 40; x += 24)
+  for (int y = 20; y < kViewHeight - 40; y += 24)
+    for (int x = 20; x < kViewWidth - 40; x += 24)
       if (const Piece piece(a, x, y); piece.corner()) wanted.push_back(piece);
   EXPECT_GT(wanted.size(), 15u);
   std::vector<float> best(wanted.size(), -1.0f);
-  for (int y = 0; y + kSide <= kHeight; ++y) {
-    for (int x = 0; x + kSide <= kWidth; ++x) {
+  for (int y = 0; y + kSide <= kViewHeight; ++y) {
+    for (int x = 0; x + kSide <= kViewWidth; ++x) {
       const Piece here(b, x, y);
       for (std::size_t n = 0; n < wanted.size(); ++n) {
         float sum = 0;

@@ -11,7 +11,7 @@ using namespace std::chrono_literals;
 using test::Author;
 using test::link_of;
 
-constexpr Instant kStart{};
+constexpr Instant kDecisionStart{};
 
 // a, b and c are linked and have finished; "-evil" has no link. Seen by c.
 struct DecisionTest : testing::Test {
@@ -22,7 +22,7 @@ struct DecisionTest : testing::Test {
   TeamSolver solver{MapParameters{}};
   SolutionRecord right;
 
-  void take(const RecordPtr& record) { ASSERT_TRUE(log.apply(record, kStart).ok()); }
+  void take(const RecordPtr& record) { ASSERT_TRUE(log.apply(record, kDecisionStart).ok()); }
   void SetUp() override {
     evil.hello();
     a.link(link_of("a", "b", 100));
@@ -38,9 +38,9 @@ struct DecisionTest : testing::Test {
   Agreement at(Duration by, const std::set<RobotId>& silent = {}) {
     std::map<RobotId, Instant> last_sign;
     for (const RobotId& robot : log.robots())
-      if (!silent.contains(robot)) last_sign[robot] = kStart + by;
+      if (!silent.contains(robot)) last_sign[robot] = kDecisionStart + by;
     presence.update(last_sign, {});
-    return {log, presence, kStart + by};
+    return {log, presence, kDecisionStart + by};
   }
 };
 
@@ -69,17 +69,17 @@ TEST_F(DecisionTest, WhenTheDeciderIsGoneTheNextDecidesAndWhatItDecidedStays) {
 }
 
 TEST_F(DecisionTest, WhoDoesNotDecideIsPassedOverAfterAWhile) {
-  EXPECT_FALSE(decision.look(at(0s), true, solver, kStart));
-  EXPECT_FALSE(decision.look(at(10s), true, solver, kStart + 10s));
-  const auto passed = decision.look(at(11s), true, solver, kStart + 11s);
+  EXPECT_FALSE(decision.look(at(0s), true, solver, kDecisionStart));
+  EXPECT_FALSE(decision.look(at(10s), true, solver, kDecisionStart + 10s));
+  const auto passed = decision.look(at(11s), true, solver, kDecisionStart + 11s);
   ASSERT_TRUE(passed.has_value());
   EXPECT_EQ(passed->robot, a.id());
   EXPECT_FALSE(passed->published);
   EXPECT_EQ(decision.decider(at(11s)), b.id());
   take(a.solution(right));
   EXPECT_TRUE(decision.made(at(12s), solver)) << "late is not wrong";
-  EXPECT_FALSE(decision.look(at(30s), true, solver, kStart + 30s)) << "it has been decided";
-  EXPECT_FALSE(decision.look(at(31s), false, solver, kStart + 31s));
+  EXPECT_FALSE(decision.look(at(30s), true, solver, kDecisionStart + 30s)) << "it has been decided";
+  EXPECT_FALSE(decision.look(at(31s), false, solver, kDecisionStart + 31s));
   EXPECT_EQ(decision.decider(at(31s)), a.id()) << "when all begins again, so does its turn";
 }
 
@@ -104,13 +104,13 @@ TEST_F(DecisionTest, WhileRobotsMapASolutionIsLookedAtOnce) {
 }
 
 TEST_F(DecisionTest, ThisRobotItselfIsNotPassedOver) {
-  decision.look(at(0s), true, solver, kStart);
-  decision.look(at(11s), true, solver, kStart + 11s);
-  decision.look(at(12s), true, solver, kStart + 12s);
-  EXPECT_TRUE(decision.look(at(23s), true, solver, kStart + 23s)) << "b";
+  decision.look(at(0s), true, solver, kDecisionStart);
+  decision.look(at(11s), true, solver, kDecisionStart + 11s);
+  decision.look(at(12s), true, solver, kDecisionStart + 12s);
+  EXPECT_TRUE(decision.look(at(23s), true, solver, kDecisionStart + 23s)) << "b";
   EXPECT_EQ(decision.decider(at(24s)), c.id());
-  decision.look(at(24s), true, solver, kStart + 24s);
-  EXPECT_FALSE(decision.look(at(90s), true, solver, kStart + 90s));
+  decision.look(at(24s), true, solver, kDecisionStart + 24s);
+  EXPECT_FALSE(decision.look(at(90s), true, solver, kDecisionStart + 90s));
 }
 
 }  // namespace

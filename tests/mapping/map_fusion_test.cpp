@@ -10,7 +10,7 @@ namespace {
 
 using test::Author;
 
-bool never() { return false; }
+bool never_stop() { return false; }
 
 SolutionRecord of(const std::vector<ChainId>& chains) {
   SolutionRecord out;
@@ -27,7 +27,7 @@ struct MapFusionTest : testing::Test {
   }
   MapTarget all(const SolutionRecord& solution) const { return {solution, everything_here(log, solution)}; }
   void finish(MapFusion& fusion) const {
-    while (fusion.underway()) ASSERT_TRUE(fusion.step(never));
+    while (fusion.underway()) ASSERT_TRUE(fusion.step(never_stop));
   }
   void fuse(MapFusion& fusion, const SolutionRecord& solution) const {
     fusion.aim(log, all(solution));

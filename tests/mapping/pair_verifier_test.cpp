@@ -10,7 +10,7 @@ namespace {
 using namespace std::chrono_literals;
 using test::Author;
 
-constexpr Instant kStart{};
+constexpr Instant kPairStart{};
 bool never() { return false; }
 
 // Robots a, b, c whose keyframes have nothing in common, seen by b.
@@ -22,7 +22,7 @@ struct PairVerifierTest : testing::Test {
   PairVerifier verifier{{}, places, 0s, 10s};
 
   void take(const Author& author) {
-    for (const auto& record : author.written()) ASSERT_TRUE(log.apply(record, kStart).ok());
+    for (const auto& record : author.written()) ASSERT_TRUE(log.apply(record, kPairStart).ok());
   }
   void take_all() {
     for (Author* author : {&a, &b, &c}) {
@@ -33,9 +33,9 @@ struct PairVerifierTest : testing::Test {
   Agreement at(Duration by, const std::set<RobotId>& silent = {}) {
     std::map<RobotId, Instant> last_sign;
     for (const RobotId& robot : log.robots())
-      if (!silent.contains(robot)) last_sign[robot] = kStart + by;
+      if (!silent.contains(robot)) last_sign[robot] = kPairStart + by;
     presence.update(last_sign, {});
-    return {log, presence, kStart + by};
+    return {log, presence, kPairStart + by};
   }
 };
 
@@ -43,12 +43,12 @@ TEST_F(PairVerifierTest, LooksOnceAtThePairsWithHigherRobots) {
   take(a);
   take(b);
   take(c);
-  EXPECT_FALSE(verifier.next(at(1s), kStart + 1s, never)) << "they still map";
+  EXPECT_FALSE(verifier.next(at(1s), kPairStart + 1s, never)) << "they still map";
   for (Author* author : {&a, &b, &c}) {
     author->finish();
-    ASSERT_TRUE(log.apply(author->written().back(), kStart).ok());
+    ASSERT_TRUE(log.apply(author->written().back(), kPairStart).ok());
   }
-  const auto look = verifier.next(at(1s), kStart + 1s, never);
+  const auto look = verifier.next(at(1s), kPairStart + 1s, never);
   ASSERT_TRUE(look.has_value());
   EXPECT_TRUE(look->news) << "at the end a refusal is written as well";
   EXPECT_EQ(look->link.a, b.id());
@@ -56,13 +56,13 @@ TEST_F(PairVerifierTest, LooksOnceAtThePairsWithHigherRobots) {
   EXPECT_EQ(look->link.incarnation_other, 7u);
   EXPECT_EQ(look->link.reason, LinkReason::too_few_matches);
   EXPECT_EQ(look->link.keyframes_a, 3u);
-  EXPECT_FALSE(verifier.next(at(1s), kStart + 1s, never));
+  EXPECT_FALSE(verifier.next(at(1s), kPairStart + 1s, never));
 }
 
 TEST_F(PairVerifierTest, TakesOverWhatALowerRobotThatIsGoneCannotDo) {
   take_all();
-  ASSERT_TRUE(verifier.next(at(1s), kStart + 1s, never)) << "its own pair, with c";
-  const auto look = verifier.next(at(102s, {a.id()}), kStart + 102s, never);
+  ASSERT_TRUE(verifier.next(at(1s), kPairStart + 1s, never)) << "its own pair, with c";
+  const auto look = verifier.next(at(102s, {a.id()}), kPairStart + 102s, never);
   ASSERT_TRUE(look.has_value());
   EXPECT_EQ(look->link.a, a.id());
   EXPECT_EQ(look->link.b, b.id());
@@ -71,9 +71,9 @@ TEST_F(PairVerifierTest, TakesOverWhatALowerRobotThatIsGoneCannotDo) {
 
 TEST_F(PairVerifierTest, TakesOverWhatALowerRobotDoesNotDo) {
   take_all();
-  ASSERT_TRUE(verifier.next(at(1s), kStart + 1s, never));
-  EXPECT_FALSE(verifier.next(at(10s), kStart + 10s, never));
-  const auto look = verifier.next(at(21s), kStart + 21s, never);
+  ASSERT_TRUE(verifier.next(at(1s), kPairStart + 1s, never));
+  EXPECT_FALSE(verifier.next(at(10s), kPairStart + 10s, never));
+  const auto look = verifier.next(at(21s), kPairStart + 21s, never);
   ASSERT_TRUE(look.has_value());
   EXPECT_EQ(look->link.a, a.id());
 }
@@ -82,15 +82,15 @@ TEST_F(PairVerifierTest, WhileMappingARefusalIsNoNews) {
   take(b);
   take(c);
   PairVerifier eager{{}, places, 10s, 10s};
-  const auto look = eager.next(at(1s), kStart + 1s, never);
+  const auto look = eager.next(at(1s), kPairStart + 1s, never);
   ASSERT_TRUE(look.has_value());
   EXPECT_FALSE(look->news);
 }
 
 TEST_F(PairVerifierTest, StoppedItDoesNothing) {
   take_all();
-  EXPECT_FALSE(verifier.next(at(1s), kStart + 1s, [] { return true; }));
-  EXPECT_TRUE(verifier.next(at(1s), kStart + 1s, never));
+  EXPECT_FALSE(verifier.next(at(1s), kPairStart + 1s, [] { return true; }));
+  EXPECT_TRUE(verifier.next(at(1s), kPairStart + 1s, never));
 }
 
 }  // namespace

@@ -14,8 +14,8 @@ namespace {
 KeyframeMapConfig small_map() { return {20, 500, 0.1, 8}; }
 
 // The parts of a mapper that place frames, without the mapper.
-struct Robot {
-  explicit Robot(const hal::Intrinsics& k)
+struct TrackingRobot {
+  explicit TrackingRobot(const hal::Intrinsics& k)
       : front_end({}, k),
         map(small_map(), k),
         tracker({}, k, front_end.make_observed()),
@@ -42,7 +42,7 @@ std::string room(const std::string& name, int frames = 8) {
 
 TEST(Tracker, TheFirstFrameIsWhereTheRobotsFrameIs) {
   test::Stream stream(room("living-room"));
-  Robot robot(stream.intrinsics());
+  TrackingRobot robot(stream.intrinsics());
   const Placed placed = robot.locate(*stream.next());
   EXPECT_EQ(placed.reason, TrackReason::first_frame);
   EXPECT_TRUE(placed.ok());
@@ -53,7 +53,7 @@ TEST(Tracker, TheFirstFrameIsWhereTheRobotsFrameIs) {
 
 TEST(Tracker, TheNextFramesArePlacedWhereTheyAre) {
   test::Stream stream(room("living-room"));
-  Robot robot(stream.intrinsics());
+  TrackingRobot robot(stream.intrinsics());
   const auto first = stream.next();
   robot.locate(*first);
   robot.keep(*first, Pose{});
@@ -72,7 +72,7 @@ TEST(Tracker, TheNextFramesArePlacedWhereTheyAre) {
 
 TEST(Tracker, AnImageWithoutFeaturesIsComparedWithNothing) {
   test::Stream stream(room("living-room"));
-  Robot robot(stream.intrinsics());
+  TrackingRobot robot(stream.intrinsics());
   auto frame = stream.next();
   robot.locate(*frame);
   robot.keep(*frame, Pose{});
@@ -86,7 +86,7 @@ TEST(Tracker, AnImageWithoutFeaturesIsComparedWithNothing) {
 // camera looks there.
 TEST(Tracker, ALostCameraIsPlacedByAnEarlierKeyframe) {
   test::Stream here(room("living-room")), elsewhere(room("storage"));
-  Robot robot(here.intrinsics());
+  TrackingRobot robot(here.intrinsics());
   const auto first = here.next(), other = elsewhere.next();
   robot.locate(*first);
   robot.keep(*first, Pose{});
@@ -114,7 +114,7 @@ TEST(Tracker, ALostCameraIsPlacedByAnEarlierKeyframe) {
 
 TEST(Tracker, AMotionThatNoCameraMakesIsRefused) {
   test::Stream stream(room("living-room"));
-  Robot robot(stream.intrinsics());
+  TrackingRobot robot(stream.intrinsics());
   const auto first = stream.next();
   robot.locate(*first);
   robot.keep(*first, Pose{});

@@ -13,7 +13,6 @@ using wire::kFragmentBytes;
 namespace {
 constexpr std::size_t kMaxFetches = 512;
 constexpr std::uint32_t kLookahead = 256;  // records of one log beyond its first missing one
-constexpr std::uint32_t kMaxGuess = 64;
 constexpr Duration kServerQueue = milliseconds(60);
 constexpr auto kWantDelay = milliseconds(2);  // bulk asks wait so long for company
 }  // namespace

@@ -59,6 +59,7 @@ class Fetcher {
   std::string store_full() const;  // the store's words, while complete records wait for room in it
 
  private:
+  static constexpr std::uint32_t kMaxGuess = 64;
   struct Fetch {
     Assembly assembly;
     std::optional<Record> whole;             // complete, and its payload is what its hash says

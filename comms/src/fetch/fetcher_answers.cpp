@@ -8,7 +8,6 @@
 namespace onemap::comms {
 
 namespace {
-constexpr std::uint32_t kMaxGuess = 64;
 constexpr std::uint32_t kPushedAhead = 64;  // of the first that is missing
 constexpr std::size_t kMaxPushed = 1024;    // fetches, with what was asked for
 constexpr auto kStoreRetry = std::chrono::seconds(1), kSpoiltRetry = std::chrono::seconds(1);

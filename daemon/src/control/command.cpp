@@ -13,8 +13,8 @@ constexpr std::size_t kMostIdBytes = 64;
 
 Error wrong(std::string reason) { return {"", std::move(reason)}; }
 
-// What is quoted of a stranger's words.
-std::string quoted(const std::string& text) { return fmt::format("'{}'", printable(text).substr(0, 64)); }
+// What is short_quoted of a stranger's words.
+std::string short_quoted(const std::string& text) { return fmt::format("'{}'", printable(text).substr(0, 64)); }
 
 template <class Names>
 std::string list(const Names& names) {
@@ -41,7 +41,7 @@ Status check_keys(const Command& command, const Json& object) {
   for (const auto& [key, value] : object.items()) {
     if (key == "class" || key == "id" || std::ranges::find(command.keys, key) != command.keys.end()) continue;
     const std::string known = command.keys.empty() ? "it has none" : "it has " + list(command.keys);
-    return wrong(fmt::format("{} has no key {}; {}", command.name, quoted(key), known));
+    return wrong(fmt::format("{} has no key {}; {}", command.name, short_quoted(key), known));
   }
   return success();
 }
@@ -54,7 +54,7 @@ Result<const Command*> find_command(const std::vector<Command>& commands, const 
   const auto& text = name->get_ref<const std::string&>();
   const auto command = std::ranges::find(commands, text, &Command::name);
   if (command == commands.end())
-    return wrong(fmt::format("unknown class {}; known: {}", quoted(text), class_names(commands)));
+    return wrong(fmt::format("unknown class {}; known: {}", short_quoted(text), class_names(commands)));
   if (auto status = check_id(object); !status) return status.error();
   if (auto status = check_keys(*command, object); !status) return status.error();
   return &*command;

@@ -8,7 +8,7 @@ namespace onemap::hal::imaging {
 
 namespace {
 
-void on_message(j_common_ptr, int) {}
+void drop_message(j_common_ptr, int) {}
 
 struct Output {
   unsigned char* bytes;  // malloc's
@@ -51,7 +51,7 @@ Status encode_jpeg(ImageSize size, std::span<const std::uint8_t> rgb, int qualit
   jpeg_compress_struct jpeg{};
   jpeg.err = jpeg_std_error(&state.manager);
   state.manager.error_exit = on_jpeg_error;
-  state.manager.emit_message = on_message;
+  state.manager.emit_message = drop_message;
   Output output{nullptr, 0};
   const bool ok = encode(jpeg, state, size, rgb.data(), quality, output);
   jpeg_destroy_compress(&jpeg);

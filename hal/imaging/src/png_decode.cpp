@@ -27,13 +27,13 @@ void read_bytes(png_structp png, png_bytep out, std::size_t count) {
   state->left -= count;
 }
 
-[[noreturn]] void on_error(png_structp png, png_const_charp message) {
+[[noreturn]] void on_read_error(png_structp png, png_const_charp message) {
   auto* state = static_cast<PngState*>(png_get_error_ptr(png));
   std::snprintf(state->reason, sizeof state->reason, "%s", message);
   png_longjmp(png, 1);
 }
 
-void on_warning(png_structp, png_const_charp) {}  // about ancillary chunks, which are not used
+void on_read_warning(png_structp, png_const_charp) {}  // about ancillary chunks, which are not used
 
 void want_rgb8(png_structp png, png_infop info) {
   png_set_expand(png);  // palette to RGB, grey to 8 bits
@@ -75,7 +75,7 @@ Result<ImageSize> decode_png(std::span<const std::uint8_t> file, PngWanted wante
                              std::uint8_t* pixels) {
   PngState state{file.data(), file.size(), {}};
   ImageSize size;
-  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &state, on_error, on_warning);
+  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &state, on_read_error, on_read_warning);
   png_infop info = png ? png_create_info_struct(png) : nullptr;
   if (!info) {
     png_destroy_read_struct(&png, nullptr, nullptr);

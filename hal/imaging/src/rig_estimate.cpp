@@ -8,10 +8,10 @@ namespace onemap::hal::imaging {
 
 namespace {
 
-constexpr double kSigmas = 3;            // an offset within so many deviations of 0 is none
-constexpr double kMostOffset_m = 0.01;   // deviation: more is no calibration
-constexpr double kMostScale = 0.05;      // deviation, as a share
-constexpr double kMostBaseline_m = 0.5;  // of two lenses on one body
+constexpr double kSigmas = 3;              // an offset within so many deviations of 0 is none
+constexpr double kMostDeviation_m = 0.01;  // deviation: more is no calibration
+constexpr double kMostScale = 0.05;        // deviation, as a share
+constexpr double kMostBaseline_m = 0.5;    // of two lenses on one body
 
 }  // namespace
 
@@ -38,7 +38,7 @@ Result<RigEstimator::Estimated> RigEstimator::estimate() const {
   out.rig = nominal_;
   out.planes = planes_.planes();
   out.offset = planes_.estimate();
-  out.offset_told = out.offset.sigma < kMostOffset_m && std::abs(out.offset.value) > kSigmas * out.offset.sigma;
+  out.offset_told = out.offset.sigma < kMostDeviation_m && std::abs(out.offset.value) > kSigmas * out.offset.sigma;
   if (out.offset_told) out.rig.depth_offset_m = out.offset.value;
   const auto lens = edges_.estimate(nominal_.pose, out.rig.depth_offset_m);
   if (!lens) return lens.error();

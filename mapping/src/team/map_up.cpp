@@ -9,7 +9,7 @@
 namespace onemap::mapping {
 namespace {
 
-constexpr std::size_t kLooks = 64;  // keyframes: a decoded one takes half a millisecond
+constexpr std::size_t kKeyframesLooked = 64;  // keyframes: a decoded one takes half a millisecond
 
 Vector3f cameras_up(std::span<const PlacedKeyframe> keyframes) {
   Vector3d sum = Vector3d::Zero();
@@ -26,7 +26,7 @@ std::size_t keyframes_here(const TeamLog& log, const SolutionRecord& solution) {
 }
 
 UpDirection look(const TeamLog& log, const SolutionRecord& solution) {
-  return up_direction(up_of_keyframes(placed_keyframes(log, solution), kLooks));
+  return up_direction(up_of_keyframes(placed_keyframes(log, solution), kKeyframesLooked));
 }
 
 }  // namespace

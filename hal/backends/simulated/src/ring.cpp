@@ -9,10 +9,10 @@ namespace onemap::hal::simulated {
 
 namespace {
 
-constexpr double kSide = 15, kWide = 2.4, kHigh = 2.6;  // metres: of the middle's square, and of the corridor
+constexpr double kSide = 15, kWide = 2.4, kCorridorHigh = 2.6;  // metres: of the middle's square, and of the corridor
 constexpr double kOuter = (kSide + kWide) / 2, kInner = (kSide - kWide) / 2;  // from the centre to the walls
-constexpr double kRound_s = 100;
-constexpr int kWaypoints = 40;  // every 1.5 m of the middle
+constexpr double kRingRound_s = 100;
+constexpr int kRingWaypoints = 40;  // every 1.5 m of the middle
 
 // Where something stands with its back to the wall of a side (0 south, 1 east, 2 north, 3 west), `along` metres to the
 // right of its middle as seen from the centre.
@@ -32,7 +32,8 @@ void door(SceneBuilder& b, std::uint64_t doors, std::uint64_t signs) {
 
 // The middle's square, its corners cut by the spline through these points.
 Vec3 waypoint(std::int64_t index) {
-  const double at = 4.0 * static_cast<double>((index % kWaypoints + kWaypoints) % kWaypoints) / kWaypoints;
+  const double at =
+      4.0 * static_cast<double>((index % kRingWaypoints + kRingWaypoints) % kRingWaypoints) / kRingWaypoints;
   const int side = static_cast<int>(at);
   const double along = kSide * (at - side - .5);
   const double turns = side / 4.0, c = cos_turns(turns), s = sin_turns(turns);
@@ -44,7 +45,7 @@ struct OnRing {
   Vec3 position, heading;
 };
 OnRing on_ring(double rounds) {
-  const double at = kWaypoints * rounds, start = std::floor(at), t = at - start;
+  const double at = kRingWaypoints * rounds, start = std::floor(at), t = at - start;
   const double weights[4] = {(1 - t) * (1 - t) * (1 - t) / 6, (3 * t * t * t - 6 * t * t + 4) / 6,
                              (-3 * t * t * t + 3 * t * t + 3 * t + 1) / 6, t * t * t / 6};
   const double slopes[4] = {-(1 - t) * (1 - t) / 2, (3 * t * t - 4 * t) / 2, (-3 * t * t + 2 * t + 1) / 2, t * t / 2};
@@ -73,9 +74,9 @@ double turns_of(Vec3 d) {
 
 void ring(SceneBuilder& b) {
   Random& r = b.random();
-  b.room(2 * kOuter, 2 * kOuter, kHigh, Style::plaster, Style::tiles, Style::ceiling);
+  b.room(2 * kOuter, 2 * kOuter, kCorridorHigh, Style::plaster, Style::tiles, Style::ceiling);
   b.place(0, 0, 0);
-  b.box({0, 0, 0}, {2 * kInner, 2 * kInner, kHigh}, Style::plaster);
+  b.box({0, 0, 0}, {2 * kInner, 2 * kInner, kCorridorHigh}, Style::plaster);
   const std::uint64_t doors = r.next(), signs = r.next();
   for (int side = 0; side < 4; ++side) {
     for (int i = -3; i <= 3; ++i) {
@@ -110,7 +111,7 @@ CameraPose pose_in_ring(int robot, int robots, std::uint64_t seed, double time_s
              nod = sway(random, 3 * kDegree, .12, .4 * kDegree, .6),
              roll = sway(random, 1.5 * kDegree, .17, .3 * kDegree, .5);
   const double start = Random(hash(seed, 80)).uniform();
-  const OnRing at = on_ring(start + static_cast<double>(robot - 1) / robots + time_s / kRound_s);
+  const OnRing at = on_ring(start + static_cast<double>(robot - 1) / robots + time_s / kRingRound_s);
   const double heading = turns_of(at.heading);
   const Vec3 outward{sin_turns(heading), -cos_turns(heading), 0};
   const Vec3 position{at.position.x + aside * outward.x + x.at(time_s),

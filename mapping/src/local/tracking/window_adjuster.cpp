@@ -7,8 +7,8 @@ namespace onemap::mapping {
 
 namespace {
 
-constexpr int kIterations = 4;
-constexpr double kMinZ_m = 0.02;
+constexpr int kWindowIterations = 4;
+constexpr double kNearest_m = 0.02;
 constexpr int N = 6 * static_cast<int>(kWindow);
 
 // Solves S x = b for the leading n rows by Cholesky, in a fixed order of operations; false when S is not positive
@@ -148,7 +148,7 @@ double WindowAdjuster::cost(double focal_px, const std::array<Pose, kWindow>& po
     for (std::uint32_t k = points_[j].begin; k < points_[j].end; ++k) {
       const Obs& obs = observations_[k];
       const Vector3d p = pose_of(obs.pose, poses) * (trial ? trial_[j] : points_[j].p);
-      if (p.z() < kMinZ_m) {
+      if (p.z() < kNearest_m) {
         sum += 1e4;
         continue;
       }
@@ -196,7 +196,7 @@ Matrix3d WindowAdjuster::linearize_point(std::size_t j, double focal_px) {
     const Pose& T = pose_of(obs.pose, pose_);
     const Vector3d p = T * points_[j].p;
     W_[k].setZero();
-    if (p.z() < kMinZ_m) continue;
+    if (p.z() < kNearest_m) continue;
     const Vector3d r = residual(p, obs.o, focal_px);
     const double w = obs.o.weight * huber_weight(obs.o.weight * r.squaredNorm(), chi2_bound(obs.o));
     const Matrix3d Jq = residual_by_point(p, obs.o, focal_px);
@@ -257,7 +257,7 @@ void WindowAdjuster::drop_outliers(LandmarkMap& map, double focal_px) {
       const Obs& obs = observations_[k];
       const Vector3d p = pose_of(obs.pose, pose_) * point.p;
       const bool fits =
-          p.z() > kMinZ_m && obs.o.weight * residual(p, obs.o, focal_px).squaredNorm() <= 1.5 * chi2_bound(obs.o);
+          p.z() > kNearest_m && obs.o.weight * residual(p, obs.o, focal_px).squaredNorm() <= 1.5 * chi2_bound(obs.o);
       if (fits || obs.pose >= static_cast<std::int32_t>(kWindow)) continue;
       map.unlink(map.keyframe(free_slot_[static_cast<std::size_t>(obs.pose)]), obs.feature);
     }
@@ -267,7 +267,7 @@ void WindowAdjuster::adjust(LandmarkMap& map, std::span<const std::size_t> free_
   gather(map, free_slots);
   if (points_.size() < 10) return;
   double lambda = 1e-4, current = cost(focal_px, pose_, false);
-  for (int i = 0; i < kIterations; ++i) {
+  for (int i = 0; i < kWindowIterations; ++i) {
     linearize(focal_px, lambda);
     if (!solve()) {
       lambda *= 10;

@@ -11,8 +11,6 @@ namespace {
 
 using Rows = std::vector<std::size_t>;
 
-Eigen::Index at(std::size_t block) { return static_cast<Eigen::Index>(6 * block); }
-
 Rows elimination_order(const BlockMatrix& pattern) {
   const auto size = static_cast<int>(pattern.size());
   std::vector<Eigen::Triplet<double, int>> entries;
@@ -123,19 +121,19 @@ void BlockCholesky::subtract(std::size_t j, std::size_t k) {
 
 Eigen::VectorXd BlockCholesky::solve(const Eigen::VectorXd& b) const {
   Eigen::VectorXd x(b.size()), out(b.size());
-  for (std::size_t i = 0; i < place_.size(); ++i) x.segment<6>(at(place_[i])) = b.segment<6>(at(i));
+  for (std::size_t i = 0; i < place_.size(); ++i) x.segment<6>(row_of(place_[i])) = b.segment<6>(row_of(i));
   for (std::size_t j = 0; j < diagonal_.size(); ++j) {
-    const Vector6d y = diagonal_[j].triangularView<Eigen::Lower>().solve(x.segment<6>(at(j)));
-    x.segment<6>(at(j)) = y;
-    for (std::size_t k = first_[j]; k < first_[j + 1]; ++k) x.segment<6>(at(row_[k])).noalias() -= below_[k] * y;
+    const Vector6d y = diagonal_[j].triangularView<Eigen::Lower>().solve(x.segment<6>(row_of(j)));
+    x.segment<6>(row_of(j)) = y;
+    for (std::size_t k = first_[j]; k < first_[j + 1]; ++k) x.segment<6>(row_of(row_[k])).noalias() -= below_[k] * y;
   }
   for (std::size_t j = diagonal_.size(); j-- > 0;) {
-    Vector6d y = x.segment<6>(at(j));
+    Vector6d y = x.segment<6>(row_of(j));
     for (std::size_t k = first_[j]; k < first_[j + 1]; ++k)
-      y.noalias() -= below_[k].transpose() * x.segment<6>(at(row_[k]));
-    x.segment<6>(at(j)) = diagonal_[j].transpose().triangularView<Eigen::Upper>().solve(y);
+      y.noalias() -= below_[k].transpose() * x.segment<6>(row_of(row_[k]));
+    x.segment<6>(row_of(j)) = diagonal_[j].transpose().triangularView<Eigen::Upper>().solve(y);
   }
-  for (std::size_t i = 0; i < place_.size(); ++i) out.segment<6>(at(i)) = x.segment<6>(at(place_[i]));
+  for (std::size_t i = 0; i < place_.size(); ++i) out.segment<6>(row_of(i)) = x.segment<6>(row_of(place_[i]));
   return out;
 }
 

@@ -25,4 +25,7 @@ struct BlockMatrix {
   std::vector<Matrix6d> below;
 };
 
+// The row at which a block begins.
+inline Eigen::Index row_of(std::size_t block) { return static_cast<Eigen::Index>(6 * block); }
+
 }  // namespace onemap::mapping

@@ -10,8 +10,6 @@ constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 constexpr std::size_t kMostIterations = 400;
 constexpr double kResidual = 1e-3;  // beside the first one: Gauss-Newton corrects what is left in its next step
 
-Eigen::Index at(std::size_t block) { return static_cast<Eigen::Index>(6 * block); }
-
 }  // namespace
 
 ConjugateGradients::ConjugateGradients(const BlockMatrix& pattern)
@@ -38,10 +36,10 @@ bool ConjugateGradients::prepare(const BlockMatrix& H, double damping) {
 Eigen::VectorXd ConjugateGradients::precondition(const Eigen::VectorXd& r) const {
   Eigen::VectorXd z = r;
   for (std::size_t j = 0; j + 1 < next_.size(); ++j)
-    if (next_[j] != kNone) z.segment<6>(at(j + 1)).noalias() -= carry_[j] * z.segment<6>(at(j));
+    if (next_[j] != kNone) z.segment<6>(row_of(j + 1)).noalias() -= carry_[j] * z.segment<6>(row_of(j));
   for (std::size_t j = next_.size(); j-- > 0;) {
-    z.segment<6>(at(j)) = (inverse_[j] * z.segment<6>(at(j))).eval();
-    if (next_[j] != kNone) z.segment<6>(at(j)).noalias() -= carry_[j].transpose() * z.segment<6>(at(j + 1));
+    z.segment<6>(row_of(j)) = (inverse_[j] * z.segment<6>(row_of(j))).eval();
+    if (next_[j] != kNone) z.segment<6>(row_of(j)).noalias() -= carry_[j].transpose() * z.segment<6>(row_of(j + 1));
   }
   return z;
 }
