@@ -273,7 +273,7 @@ void add_run(std::vector<ConfigKey>& keys) {
   keys.push_back(number<int>(
       {"run", "chain_keyframes",
        "keyframes after which the robot goes on in a new map of its own, which the team joins to the earlier one"},
-      {100, 4000}, [](auto& c) -> auto& { return c.chain_keyframes; }));
+      {100, 16000}, [](auto& c) -> auto& { return c.chain_keyframes; }));
   keys.push_back(number<double>(
       {"run", "map_interval_s", "seconds between two states of the global map while robots map"}, {0.1, kSeconds.most},
       [](auto& c) -> auto& { return c.map_interval_s; }));

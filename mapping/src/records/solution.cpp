@@ -9,7 +9,7 @@
 namespace onemap::mapping {
 namespace {
 
-constexpr std::size_t kMaxRobots = 1024, kMaxAnchors = 4096;
+constexpr std::size_t kMaxRobots = 1024, kMaxAnchors = 16384;
 constexpr std::uint32_t kMostBlocks = 1u << 24;
 constexpr std::size_t kAnchorBytes = 4 + kPoseBytes, kRobotBytes = 16 + 8 + 2;
 

@@ -31,11 +31,13 @@ std::vector<NeedlessKeyframes::View> NeedlessKeyframes::views(const TeamMember& 
 // Of those that stay, the positions that saw again what this one sees.
 std::set<std::uint32_t> NeedlessKeyframes::since(const View& view, const std::vector<View>& kept) {
   std::set<std::uint32_t> out;
-  for (const View& later : kept) {
-    const Pose apart = view.T_map_keyframe.inverse() * later.T_map_keyframe;
-    if (later.time >= view.time + kAway && apart.t.norm() <= kNear_m && rotation_cosine(apart.R) >= kSameWay)
-      out.insert(static_cast<std::uint32_t>(later.position));
-  }
+  const Pose& here = view.T_map_keyframe;
+  const auto sees_it = [&](const View& later) {
+    return later.time >= view.time + kAway && (later.T_map_keyframe.t - here.t).norm() <= kNear_m &&
+           rotation_cosine(here.R.transpose() * later.T_map_keyframe.R) >= kSameWay;
+  };
+  for (const View& later : kept)
+    if (sees_it(later)) out.insert(static_cast<std::uint32_t>(later.position));
   return out;
 }
 

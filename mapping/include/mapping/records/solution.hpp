@@ -21,7 +21,7 @@ struct PlacedAnchor {
 // from the first; with none listed the robot's own frame is the map's.
 struct SolvedRobot {
   ChainId chain;
-  std::vector<PlacedAnchor> anchors;  // sorted by keyframe, each once; at most 4096
+  std::vector<PlacedAnchor> anchors;  // sorted by keyframe, each once; at most 16,384
   bool operator==(const SolvedRobot&) const = default;
 };
 

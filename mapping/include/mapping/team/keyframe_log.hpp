@@ -27,7 +27,7 @@ struct KeyframePlace {
 // read no more, so it may be let go, and who comes later gets its head alone and waits for what remains.
 class KeyframeLog {
  public:
-  static constexpr std::size_t kMost = 8192;  // beyond: refused
+  static constexpr std::size_t kMost = 32768;  // beyond: refused
 
   // The next record. The error says what is malformed; it has its position all the same.
   Status add(const RecordPtr& record);
