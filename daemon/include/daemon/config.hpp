@@ -55,7 +55,7 @@ struct Config {
   double linger_s = 3;                // how long a finished robot still answers after all agree (once)
   double merge_while_mapping_s = 10;  // at most so often pairs are looked at while robots map; 0: only at the end
   double new_chain_after_s = 5;       // a camera that is lost for so long goes on in a map of its own; 0: never
-  int chain_keyframes = 16000;         // after so many the robot goes on in a map of its own, which the team joins
+  int chain_keyframes = 16000;        // after so many the robot goes on in a map of its own, which the team joins
   double map_interval_s = 0.5;        // at most so often the global map gets what is new while robots map
   double lost_after_s = 60;           // a robot that was silent for so long is not waited for
   double peer_wait_s = 20;            // how long a finished robot waits for peers that it never heard (once)
