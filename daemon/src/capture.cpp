@@ -8,6 +8,7 @@ namespace {
 constexpr std::size_t kQueued = 3;
 constexpr std::size_t kFrames = kQueued + 2;  // one being filled, one being processed: the pool never runs dry
 constexpr auto kPatience = std::chrono::milliseconds(100);
+constexpr auto kLate = std::chrono::seconds(2);  // a recording that is later than this waited, too: it is not caught up
 constexpr auto kStuckAfter = std::chrono::seconds(20);  // a driver may take its time to open a camera that came back
 }  // namespace
 
@@ -115,6 +116,7 @@ bool Capture::keep_pace(FrameTime time) {
   std::unique_lock lock(mutex_);
   while (!stopping_) {
     const Duration left = origin_ + due - now();
+    if (left < -kLate) origin_ = now() - due;
     if (left <= Duration::zero()) break;
     wake_.wait_for(lock, left);
   }

@@ -1,115 +1,17 @@
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <optional>
-#include <type_traits>
-#include <utility>
-
 #include "comms/udp/udp_port.hpp"
 #include "daemon/addresses.hpp"
 #include "daemon/cameras.hpp"
-#include "daemon/config_key.hpp"
+#include "daemon/config_key_kinds.hpp"
 #include "daemon/control/listener.hpp"
 #include "hal/base/ids.hpp"
 
 namespace onemap::daemon {
 
+using namespace key;
+
 namespace {
 
 using Limits = mapping::LocalMapperLimits;
-
-// Three names, so that a row of the table reads as a sentence.
-struct About {
-  std::string_view section, name;
-  std::string text;
-};
-
-template <class T>
-std::string words(Range<T> range) {
-  return fmt::format("{} to {}", range.least, range.most);
-}
-
-// As somebody writes it: 0.02, and not what a float makes of it.
-template <class T>
-ConfigValue written(T value) {
-  if constexpr (std::is_integral_v<T>) return static_cast<std::int64_t>(value);
-  const std::string text = fmt::format("{}", value);
-  double exact = 0;
-  std::from_chars(text.data(), text.data() + text.size(), exact);
-  return exact;
-}
-
-// The value as a T, if it is a number of that kind within the range.
-template <class T>
-std::optional<T> in_range(const ConfigValue& value, Range<T> range) {
-  const auto* whole = std::get_if<std::int64_t>(&value);
-  if constexpr (std::is_integral_v<T>) {
-    if (!whole || std::cmp_less(*whole, range.least) || std::cmp_greater(*whole, range.most)) return std::nullopt;
-    return static_cast<T>(*whole);
-  } else {
-    const auto* real = std::get_if<double>(&value);
-    if (!whole && !real) return std::nullopt;
-    const double exact = whole ? static_cast<double>(*whole) : *real;
-    if (!(std::abs(exact) < 1e30)) return std::nullopt;  // NaN, and what a float cannot be
-    const T narrow = static_cast<T>(exact);
-    return range.holds(narrow) ? std::optional(narrow) : std::nullopt;
-  }
-}
-
-template <class T>
-Error refused(const ConfigValue& value, Range<T> range) {
-  const bool is_whole = std::holds_alternative<std::int64_t>(value);
-  if (std::is_integral_v<T> && !is_whole) return {"", "expected a whole number, " + words(range)};
-  if (!is_whole && !std::holds_alternative<double>(value)) return {"", "expected a number, " + words(range)};
-  return {"", fmt::format("{} is not within {}", toml_text(value), words(range))};
-}
-
-// field(config) is the number that a key sets.
-template <class T, class Field>
-ConfigKey number(About about, Range<T> range, Field field) {
-  const auto set = [range, field](const ConfigValue& value, Config& config) -> Status {
-    const auto accepted = in_range(value, range);
-    if (!accepted) return refused(value, range);
-    field(config) = *accepted;
-    return success();
-  };
-  return {about.section, about.name, std::move(about.text),
-          words(range),  set,        [field](const Config& config) { return written(field(config)); }};
-}
-
-// Mebibytes in the file, bytes in the field.
-template <class Field>
-ConfigKey megabytes(About about, Range<std::size_t> bytes, Field field) {
-  const Range<std::size_t> range{bytes.least >> 20, bytes.most >> 20};
-  const auto set = [range, field](const ConfigValue& value, Config& config) -> Status {
-    const auto accepted = in_range(value, range);
-    if (!accepted) return refused(value, range);
-    field(config) = *accepted << 20;
-    return success();
-  };
-  return {about.section, about.name, std::move(about.text),
-          words(range),  set,        [field](const Config& config) { return written(field(config) >> 20); }};
-}
-
-// Text that check() accepts; an empty one is as if nothing were said: the default.
-ConfigKey text(About about, std::string values, std::string Config::*field, Status (*check)(const std::string&)) {
-  const auto set = [field, check](const ConfigValue& value, Config& config) -> Status {
-    const auto* words = std::get_if<std::string>(&value);
-    if (!words) return Error{"", "expected a string"};
-    if (auto status = words->empty() ? success() : check(*words); !status) return status;
-    config.*field = words->empty() ? Config().*field : *words;
-    return success();
-  };
-  return {about.section,     about.name, std::move(about.text),
-          std::move(values), set,        [field](const Config& config) { return config.*field; }};
-}
-
-ConfigKey live(ConfigKey key) {
-  key.reload = Reload::live;
-  return key;
-}
 
 Status any(const std::string&) { return success(); }
 
@@ -121,28 +23,6 @@ Status check_id(const std::string& id) {
 Status check_camera_address(const std::string& address) {
   const Status status = hal::check_address(camera_backends(), address);
   return status ? success() : Error{"", status.error().text()};
-}
-
-Status set_peers(const ConfigValue& value, Config& config) {
-  const auto* list = std::get_if<std::vector<std::string>>(&value);
-  if (!list) return Error{"", "expected a list of \"ADDR:PORT\""};
-  for (const std::string& peer : *list)
-    if (auto status = check_peer(peer); !status) return status;
-  config.peers = *list;
-  return success();
-}
-
-// field(config) is what a key switches.
-template <class Field>
-ConfigKey yes_or_no(About about, Field field) {
-  const auto set = [field](const ConfigValue& value, Config& config) -> Status {
-    const auto* said = std::get_if<bool>(&value);
-    if (!said) return Error{"", "expected true or false"};
-    field(config) = *said;
-    return success();
-  };
-  return {about.section,   about.name, std::move(about.text),
-          "true or false", set,        [field](const Config& config) { return field(config); }};
 }
 
 Status set_speed(const ConfigValue& value, Config& config) {
@@ -159,35 +39,12 @@ ConfigValue get_speed(const Config& config) {
   return config.speed.factor;
 }
 
-Status set_features(const ConfigValue& value, Config& config) {
-  const auto* word = std::get_if<std::string>(&value);
-  if (!word || (*word != "surf" && *word != "orb"))
-    return Error{"", fmt::format("{} is neither surf nor orb", toml_text(value))};
-  config.mapper.features = *word == "orb" ? mapping::DescriptorKind::orb : mapping::DescriptorKind::surf;
-  return success();
-}
-
-ConfigValue get_features(const Config& config) {
-  return config.mapper.features == mapping::DescriptorKind::orb ? "orb" : "surf";
-}
-
-Status set_find_pairs(const ConfigValue& value, Config& config) {
-  const auto* word = std::get_if<std::string>(&value);
-  if (!word || (*word != "index" && *word != "all-pairs"))
-    return Error{"", fmt::format("{} is neither index nor all-pairs", toml_text(value))};
-  config.find_pairs = *word == "index" ? mapping::FindPairs::by_index : mapping::FindPairs::all_pairs;
-  return success();
-}
-
-ConfigValue get_find_pairs(const Config& config) {
-  return config.find_pairs == mapping::FindPairs::by_index ? "index" : "all-pairs";
-}
-
 constexpr Range<double> kSeconds{0, 1e6};
 constexpr Range<std::size_t> kBudget = Limits::budget_bytes;
 constexpr Range<double> kPlanCell_m{0.02, 0.5};
 constexpr Range<std::size_t> kPlacesBudget{std::size_t{4} << 20, std::size_t{4} << 30};
 constexpr Range<float> kTruncation{2 * Limits::voxel_m.least, Limits::truncation_voxels.most* Limits::voxel_m.most};
+constexpr Range<std::size_t> kDisk{0, std::size_t{16} << 40};
 
 void add_robot(std::vector<ConfigKey>& keys) {
   keys.push_back(text({"robot", "id", "name of this robot, unique in the team; empty: made of the host's name"},
@@ -203,9 +60,9 @@ void add_robot(std::vector<ConfigKey>& keys) {
 void add_network(std::vector<ConfigKey>& keys) {
   keys.push_back(text({"network", "listen", "UDP address to listen at; port 0: any; empty: 0.0.0.0:0"},
                       "ADDR:PORT, such as 0.0.0.0:4600 or [::]:4600", &Config::listen, check_listen));
-  keys.push_back({"network", "peers", "neighbours to greet; none here, no listen and no group: the robot is alone",
-                  "a list of ADDR:PORT, such as [\"10.0.0.2:4600\"]", set_peers,
-                  [](const Config& config) { return config.peers; }});
+  keys.push_back(
+      list({"network", "peers", "neighbours to greet; none here, no listen and no group: the robot is alone"},
+           "ADDR:PORT", "such as [\"10.0.0.2:4600\"]", &Config::peers, check_peer));
   keys.push_back(
       text({"network", "group", "IPv4 multicast group where robots of one network find each other; empty: none"},
            "ADDR:PORT from 224.0.0.0 to 239.255.255.255, such as 239.77.1.1:4600", &Config::group, check_group));
@@ -277,18 +134,20 @@ void add_run(std::vector<ConfigKey>& keys) {
   keys.push_back(number<double>(
       {"run", "map_interval_s", "seconds between two states of the global map while robots map"}, {0.1, kSeconds.most},
       [](auto& c) -> auto& { return c.map_interval_s; }));
-  keys.push_back(
+  keys.push_back(either<mapping::FindPairs>(
       {"run", "find_pairs",
-       "how keyframes of two robots that may show one place are found: by an index, or by matching all pairs",
-       "\"index\" or \"all-pairs\"", set_find_pairs, get_find_pairs});
+       "how keyframes of two robots that may show one place are found: by an index, or by matching all pairs"},
+      {"index", mapping::FindPairs::by_index}, {"all-pairs", mapping::FindPairs::all_pairs},
+      [](auto& c) -> auto& { return c.find_pairs; }));
   keys.push_back(number<int>(
       {"run", "matches_picture", "write a picture of the feature matches every so many frames; 0: none"},
       {0, 1'000'000}, [](auto& c) -> auto& { return c.matches_picture; }));
 }
 
 void add_tracking(std::vector<ConfigKey>& keys) {
-  keys.push_back(
-      {"tracking", "features", "kind of the local features", "\"surf\" or \"orb\"", set_features, get_features});
+  keys.push_back(either<mapping::DescriptorKind>(
+      {"tracking", "features", "kind of the local features"}, {"surf", mapping::DescriptorKind::surf},
+      {"orb", mapping::DescriptorKind::orb}, [](auto& c) -> auto& { return c.mapper.features; }));
   keys.push_back(number(
       {"tracking", "max_features", "features of a frame at most"}, Limits::max_features,
       [](auto& c) -> auto& { return c.mapper.max_features; }));
@@ -351,26 +210,6 @@ void add_control(std::vector<ConfigKey>& keys) {
   keys.push_back(text({"control", "metrics", "TCP port of loopback for Prometheus (GET /metrics); empty: none"},
                       "ADDR:PORT of loopback, such as 127.0.0.1:9464", &Config::control_metrics, check_loopback));
 }
-
-// A list of some of these words, each once. field(config) is the list.
-template <class Field>
-ConfigKey some_of(About about, std::vector<std::string> words, Field field) {
-  std::string known;
-  for (const std::string& word : words) known += (known.empty() ? "\"" : ", \"") + word + "\"";
-  const auto set = [words = std::move(words), known, field](const ConfigValue& value, Config& config) -> Status {
-    const auto* list = std::get_if<std::vector<std::string>>(&value);
-    if (!list || list->empty()) return Error{"", "expected a list of " + known};
-    for (auto word = list->begin(); word != list->end(); ++word)
-      if (std::ranges::find(words, *word) == words.end() || std::find(list->begin(), word, *word) != word)
-        return Error{"", fmt::format("\"{}\" is not one of {}, each once", *word, known)};
-    field(config) = *list;
-    return success();
-  };
-  return {about.section,        about.name, std::move(about.text),
-          "a list of " + known, set,        [field](const Config& config) { return field(config); }};
-}
-
-constexpr Range<std::size_t> kDisk{0, std::size_t{16} << 40};
 
 void add_record(std::vector<ConfigKey>& keys) {
   keys.push_back(yes_or_no(

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace onemap::daemon {
 
 namespace {
 
 constexpr auto kShowInterval = std::chrono::seconds(1);
+constexpr auto kStoppedAfter = std::chrono::seconds(2);  // without a look, of which there are twenty a second
 
 std::string map_words(const DaemonStatus& s) {
   if (s.map_digest == 0) return "no map yet";
@@ -44,7 +46,9 @@ void Service::show(const DaemonStatus& status, Instant now) {
 }
 
 void Service::watch(std::span<const Heartbeat* const> hearts, Instant now) {
-  const auto stuck = std::ranges::find_if(hearts, [now](const Heartbeat* heart) { return heart->stuck(now); });
+  if (now - std::exchange(looked_at_, now) > kStoppedAfter) awake_since_ = now;
+  const auto stuck = std::ranges::find_if(
+      hearts, [&](const Heartbeat* heart) { return heart->stuck(now) && now - awake_since_ > heart->patience(); });
   say_stuck(stuck == hearts.end() ? nullptr : *stuck);
   if (stuck_ || !manager_.watchdog() || now - fed_at_ < *manager_.watchdog() / 4) return;
   fed_at_ = now;

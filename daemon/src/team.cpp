@@ -132,12 +132,14 @@ void Team::run() {
     answer();
     if (stopping_) break;
     const Instant began = now();
+    const Duration used_before = thread_cpu_time();
     busy = map_.step(began, [this] {
       heartbeat_.beat(now());
       return stopping_.load();
     });
     const Instant done = now();
-    map_.took(done - began);
+    // Of a stop in the middle (SIGSTOP, a machine that slept) only what was worked counts.
+    map_.took(std::min<Duration>(done - began, 10 * (thread_cpu_time() - used_before)));
     map_.observe(done);
     hand_out();
     show();

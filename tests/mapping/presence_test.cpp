@@ -32,6 +32,17 @@ TEST(Presence, ItsRecordsAreSignsOfLifeToo) {
   EXPECT_FALSE(presence.gone(kOther, member, kStart + 12s));
 }
 
+TEST(Presence, NobodyIsGoneBecauseThisRobotDidNotListen) {
+  Presence presence(kSelf, 10s);
+  TeamMember member;
+  member.heard = kStart;
+  presence.update({{kOther, kStart + 4s}, {kSelf, kStart + 5s}}, {});
+  EXPECT_FALSE(presence.gone(kOther, member, kStart + 3600s));
+  EXPECT_EQ(presence.silent(kOther, member, kStart + 3600s), Duration(1s));
+  presence.update({{kOther, kStart + 4s}, {kSelf, kStart + 15s}}, {});
+  EXPECT_TRUE(presence.gone(kOther, member, kStart + 3600s));
+}
+
 TEST(Presence, ThisRobotIsAlwaysHere) {
   Presence presence(kSelf, 10s);
   EXPECT_FALSE(presence.gone(kSelf, {}, kStart + 1000s));

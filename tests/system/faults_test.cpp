@@ -83,6 +83,11 @@ TEST_F(CameraFault, NoDepth) {
   EXPECT_GT(last_placed_frame(robot), 140);
 }
 
+TEST_F(CameraFault, AFocalLengthThatIsWrongIsMeasuredAndSaid) {
+  const Robot& robot = walk("fx_scale=1.25");
+  EXPECT_THAT(robot.log(), testing::ContainsRegex("the focal length is 1\\.2[0-9] of what fits [0-9]+ pairs of views"));
+}
+
 TEST_F(CameraFault, TimeThatGoesBackAndReturns) {
   const Robot& robot = walk("time_back_at=60&fault_for=30");
   EXPECT_THAT(robot.log(), AllOf(HasSubstr("frame 60 refused: its time, 1599996402.000 s"),
@@ -262,44 +267,6 @@ TEST(Network, AnAddressThatChangesIsFollowed) {
   EXPECT_TRUE(test::wait_until(agree, 180s)) << "what is new comes, too" << a.log() << b.log();
   EXPECT_EQ(a.stop(), 0) << a.log();
   EXPECT_EQ(b.stop(), 0) << b.log();
-}
-
-// The wall clock says when something was; nothing waits by it.
-TEST(Clock, AWallClockThatJumpsByAnHourChangesNothing) {
-  if (!std::string(ONEMAP_SANITIZE).empty()) GTEST_SKIP() << "sanitizers want to be loaded before anything else";
-  const TempFolder folder;
-  const auto pa = test::free_port(), pb = test::free_port();
-  const auto arguments = [&](int number, const std::string& jump, int own, int other) {
-    const std::string id(1, static_cast<char>('a' + number - 1));
-    return std::vector<std::string>{"LD_PRELOAD=" ONEMAP_BIN_DIR "/clock_jump.so",
-                                    "CLOCK_JUMP_AFTER_S=4",
-                                    "CLOCK_JUMP_S=" + jump,
-                                    ONEMAP_BIN_DIR "/onemapd",
-                                    "--id",
-                                    id,
-                                    "--out",
-                                    folder / id,
-                                    "--camera",
-                                    fmt::format("simulated:living-room?seed=3&robots=2&frames=240&robot={}", number),
-                                    "--once",
-                                    "--listen",
-                                    fmt::format("127.0.0.1:{}", own),
-                                    "--peer",
-                                    fmt::format("127.0.0.1:{}", other)};
-  };
-  auto a = daemon::ChildProcess::start("/usr/bin/env", arguments(1, "3600", pa, pb), folder / "a.log");
-  auto b = daemon::ChildProcess::start("/usr/bin/env", arguments(2, "-3600", pb, pa), folder / "b.log");
-  ASSERT_TRUE(a && b);
-  for (auto* robot : {&*a, &*b}) {
-    EXPECT_TRUE(robot->wait(test::kPatience * 200s));
-    EXPECT_EQ(robot->exit_code(), 0);
-  }
-  for (const std::string name : {"a", "b"}) {
-    EXPECT_THAT(
-        test::text_of(folder / (name + ".log")),
-        AllOf(HasSubstr("all 2 robots hold the map"), Not(HasSubstr("fell silent")), Not(HasSubstr("not waited for"))));
-    EXPECT_GT(test::lines(folder / (name + "/trajectory.txt")), 150u);
-  }
 }
 
 }  // namespace

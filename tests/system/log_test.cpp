@@ -4,6 +4,7 @@
 
 #include <csignal>
 #include <deque>
+#include <fstream>
 
 #include "comms/disk/disk_store.hpp"
 #include "comms/disk/posix_disk.hpp"
@@ -60,6 +61,14 @@ struct Two : testing::Test {
   }
 };
 
+std::vector<std::filesystem::path> segments(const std::filesystem::path& log) {
+  std::vector<std::filesystem::path> all;
+  for (const auto& file : std::filesystem::directory_iterator(log))
+    if (file.path().filename().string().starts_with("segment-")) all.push_back(file.path());
+  std::ranges::sort(all);
+  return all;
+}
+
 // At any moment a's own disk holds all that b has of a, record for record: no place of a log was filled twice.
 TEST_F(Two, WhatWasToldOutlivesKills) {
   std::uint64_t compared = 0;
@@ -112,6 +121,65 @@ TEST_F(Two, AWipedLogComesBackFromTheNeighbour) {
     back += mine.count(log);
   }
   EXPECT_GT(back, 1u);
+}
+
+// A disk that forgot some of it: what cannot be read is said and set aside, the neighbour gives it back, and the robot
+// maps on in the meantime.
+TEST_F(Two, ADamagedLogIsSaidAndComesBackFromTheNeighbour) {
+  Robot &a = start(0), &b = start(1);
+  ASSERT_TRUE(b.says("neighbour a at", 60s)) << b.log();
+  ASSERT_TRUE(test::wait_until([&] { return logged_bytes(b) > 600'000 && logged_bytes(a) > 600'000; }, 90s));
+  kill_now(a);
+  kill_now(b);
+  const auto log = a.out() / "log";
+  VersionVector before;
+  {
+    const Kept of_a(a), of_b(b);
+    for (const auto& [id, count] : of_a.log->frontier())
+      if (id.robot.name() == "a") before[id] = std::min(count, of_b.count(id));
+  }
+  ASSERT_FALSE(before.empty());
+  const auto first = segments(log).front(), last = segments(log).back();
+  std::fstream(first, std::ios::in | std::ios::out | std::ios::binary)
+      .seekp(100'000)
+      .write("spoilt, and not by one bit", 26);
+  std::ofstream(last, std::ios::app | std::ios::binary) << std::string(3000, '\xee');
+  const std::string foreign = "segment-000000ff";
+  std::ofstream(log / foreign, std::ios::binary) << std::string(50'000, '\x5a');
+
+  Robot& again = start(0);
+  EXPECT_TRUE(again.says(foreign + " holds no record; set aside as " + foreign + ".corrupt-1", 30s)) << again.log();
+  EXPECT_TRUE(again.says("stand behind a place that cannot be read; neighbours are asked for them", 5s)) << again.log();
+  EXPECT_TRUE(test::wait_until([&] { return again.status("keyframes", 0) > 1; }, 90s)) << again.log();
+  Robot& other = start(1);
+  ASSERT_TRUE(again.says("neighbour b at", 60s)) << again.log();
+  std::this_thread::sleep_for(10s);
+  kill_now(again);
+  kill_now(other);
+  const Kept mine(again);
+  for (const auto& [id, count] : before) EXPECT_GE(mine.count(id), count) << "lane " << int{id.lane};
+}
+
+// What `load` would be for: the log holds the map of the whole team, and who is given a copy goes on in it.
+TEST_F(Two, ACopiedLogIsAMapThatAnotherRobotGoesOnIn) {
+  folder.write("alone.toml", "[run]\nlost_after_s = 2\nmerge_while_mapping_s = 1\n");
+  const auto alone = [&](const std::string& name, int robot) -> Robot& {
+    return robots.emplace_back(
+        folder, name,
+        fmt::format("simulated:living-room?robot={}&robots=5&frames=100000&seed=3&width=320&height=240", robot),
+        std::vector<std::string>{"--config", folder / "alone.toml"});
+  };
+  Robot& first = alone("first", 1);
+  ASSERT_TRUE(test::wait_until([&] { return first.status("keyframes", 0) > 30; }, 120s)) << first.log();
+  EXPECT_EQ(first.stop(), 0);
+  std::filesystem::create_directories(folder / "second");
+  std::filesystem::copy(first.out() / "log", folder / "second/log", std::filesystem::copy_options::recursive);
+  Robot& second = alone("second", 2);
+  ASSERT_TRUE(second.says("records of earlier lives and of the team are in", 30s)) << second.log();
+  EXPECT_TRUE(second.says("link first - second accepted", 120s)) << second.log();
+  const auto has_both = [&] { return second.status("robots_in_map", 0) == 2; };
+  EXPECT_TRUE(test::wait_until(has_both, 120s)) << second.log();
+  EXPECT_EQ(second.stop(), 0) << second.log();
 }
 
 }  // namespace

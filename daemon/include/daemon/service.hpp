@@ -25,7 +25,8 @@ class Service {
   void failed(const Error& error) { note(manager_.say(error.text())); }
   void show(const DaemonStatus& status, Instant now);  // as often as one likes: a changed line is sent once a second
 
-  // Often: well within half the watchdog's time. Feeds it if no heart is stuck; else says once whose is.
+  // Often: well within half the watchdog's time. Feeds it if no heart is stuck; else says once whose is. When it was
+  // not called for a while, all were stopped (SIGSTOP, a machine that slept), and patience begins anew.
   void watch(std::span<const Heartbeat* const> hearts, Instant now);
 
  private:
@@ -34,7 +35,7 @@ class Service {
   Log& log_;
   ServiceManager manager_;
   std::string shown_;
-  Instant shown_at_{}, fed_at_{};
+  Instant shown_at_{}, fed_at_{}, looked_at_{}, awake_since_{};
   const Heartbeat* stuck_ = nullptr;
 };
 

@@ -13,7 +13,9 @@ Duration Presence::silent(const RobotId& robot, const TeamMember& member, Instan
   if (robot == self_) return Duration::zero();
   const auto sign = last_sign_.find(robot);
   const Instant last = sign == last_sign_.end() ? member.heard : std::max(member.heard, sign->second);
-  return std::max(Duration::zero(), Duration(now - last));
+  const auto own = last_sign_.find(self_);
+  const Instant listened = own == last_sign_.end() ? now : std::min(now, own->second);
+  return std::max(Duration::zero(), Duration(listened - last));
 }
 
 bool Presence::gone(const RobotId& robot, const TeamMember& member, Instant now) const {

@@ -12,7 +12,8 @@ class Presence {
   Presence(const RobotId& self, Duration lost_after) : self_(self), lost_after_(lost_after) {}
 
   // What the radio knows: when each robot was last known to live (there may be robots without records among them), and
-  // of whom every record that anybody is known to hold is here.
+  // of whom every record that anybody is known to hold is here. This robot's own sign of life says until when it
+  // listened: whoever was stopped for an hour did not hear anybody fall silent in it.
   void update(std::map<RobotId, Instant> last_sign, std::set<RobotId> records_complete);
 
   Duration silent(const RobotId& robot, const TeamMember& member, Instant now) const;
