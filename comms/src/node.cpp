@@ -30,8 +30,8 @@ Node::Impl::Impl(NodeConfig config_, LogStore& store_)
     : config(std::move(config_)),
       store(store_),
       fetcher(
-          {config.credit_bytes, config.most_credit_bytes, config.reassembly_bytes}, store, notary, counters,
-          [this](const LogId& log) { return judge(log); }, config.keeping),
+          {config.credit_bytes, config.most_credit_bytes, config.reassembly_bytes, !config.sealed}, store, notary,
+          counters, [this](const LogId& log) { return judge(log); }, config.keeping),
       team(config.self, config.incarnation, config.max_robots, config.max_neighbours),
       talks(config.self, config.incarnation),
       replacements(config.keeping),
@@ -153,7 +153,7 @@ void Node::Impl::stored(const RecordId& id, std::uint8_t hop_count) {
   for (auto& [endpoint, peer] : peers) {
     if (!peer.who.alive) continue;
     const bool lacks_it = peer.frontier.count(id.log) <= id.seq && !peer.push.holds(id);
-    peer.outbox.tell(id.log, lacks_it ? std::max(now, peer.outbox.last_have() + kHaveGap) : now + kHaveIdle);
+    peer.outbox.tell(id.log, lacks_it ? std::max(now, peer.outbox.last_have() + kHaveGap) : now + kHaveIdle, lacks_it);
   }
   const RobotStatus& own = team.own();
   team.set_own(frontier_digest, own.map_digest, own.flags);

@@ -40,8 +40,10 @@ Peer* Node::Impl::admit(const Endpoint& from, const wire::Header& header, std::s
 // No greeting, and not in the name of who is known here: the answer to our challenge, or nothing.
 Peer* Node::Impl::admit_candidate(Peer& peer, const wire::Header& header, std::span<const wire::Frame> frames) {
   const auto* pong = first_of<wire::Pong>(frames);
-  if (names_us(header) && pong != nullptr && peer.candidate.proves(header.sender, pong->token)) {
-    become(peer, peer.candidate.robot, peer.candidate.incarnation);
+  const Candidate* const proved =
+      pong != nullptr && names_us(header) ? peer.candidates.proved(header.sender, pong->token) : nullptr;
+  if (proved != nullptr) {
+    become(peer, proved->robot, proved->incarnation);
     return &peer;
   }
   return refuse(Refusal::stranger), nullptr;
@@ -91,7 +93,7 @@ bool Node::Impl::conflicts(const Endpoint& from, const wire::Header& header, con
 // greeted, so that it can name us; then it has to repeat a token. Whoever is living here stays until then.
 void Node::Impl::challenge(Peer& peer, const wire::Header& header, const RobotId& robot) {
   refuse(Refusal::candidate);
-  peer.candidate.greeted(now, robot, header.sender, names_us(header), random);
+  peer.candidates.greeted(now, robot, header.sender, names_us(header), random);
 }
 
 void Node::Impl::become(Peer& peer, const RobotId& robot, std::uint64_t incarnation) {

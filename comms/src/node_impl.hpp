@@ -102,7 +102,7 @@ struct Node::Impl {
   bool control_ready(const Peer& peer) const;
   void build_group(OutgoingDatagram& datagram);
   void build_answer(OutgoingDatagram& datagram);
-  void build_candidate(Peer& peer, OutgoingDatagram& datagram);
+  void build_candidate(Peer& peer, Candidate& candidate, OutgoingDatagram& datagram);
   void build_control(Peer& peer, OutgoingDatagram& datagram);
   bool build_data(OutgoingDatagram& datagram);
   Peer* next_to_serve();
@@ -115,6 +115,7 @@ struct Node::Impl {
   void put_status(wire::Encoder& out, const RobotId& except, RobotId& cursor);
   void put_round_trip(wire::Encoder& out, Peer& peer);
   void put_have(wire::Encoder& out, Peer& peer);
+  void put_lacking(wire::Encoder& out, Peer& peer);
   void put_wants(wire::Encoder& out, Peer& peer);
   bool serves(const Peer& peer, std::uint8_t lane) const;
   wire::Header header_for(Peer& peer);

@@ -26,9 +26,8 @@ bool Node::Impl::next_outgoing(OutgoingDatagram& datagram) {
   for (std::size_t i = 0; i < peers.size(); ++i) {
     if (control_ready(it->second)) {
       control_cursor = it->first;
-      const Candidate& candidate = it->second.candidate;
-      if (candidate.beacon_due || candidate.ping_due)
-        build_candidate(it->second, datagram);
+      if (Candidate* const candidate = it->second.candidates.next())
+        build_candidate(it->second, *candidate, datagram);
       else
         build_control(it->second, datagram);
       return true;
@@ -39,7 +38,7 @@ bool Node::Impl::next_outgoing(OutgoingDatagram& datagram) {
 }
 
 bool Node::Impl::control_ready(const Peer& peer) const {
-  if (peer.outbox.beacon_due || peer.candidate.beacon_due || peer.candidate.ping_due) return true;
+  if (peer.outbox.beacon_due || peer.candidates.due()) return true;
   return peer.who.alive && (peer.pings.answer_due || peer.pings.due || peer.outbox.due(now) || peer.arrivals.due(now));
 }
 
@@ -88,16 +87,6 @@ void Node::Impl::put_status(wire::Encoder& out, const RobotId& except, RobotId& 
   count_sent(FrameType::status);
 }
 
-void Node::Impl::put_have(wire::Encoder& out, Peer& peer) {
-  have_scratch.clear();
-  for (const LogId& log : peer.outbox.changed())
-    if (told(log) > 0) have_scratch.push_back({log, told(log)});
-  const std::size_t n = out.have(frontier_digest, have_scratch);
-  if (n == 0) return;
-  peer.outbox.told(now, have_scratch, n);
-  count_sent(FrameType::have);
-}
-
 void Node::Impl::put_wants(wire::Encoder& out, Peer& peer) {
   const std::size_t n = out.want(static_cast<std::uint32_t>(fetcher.credit_to_announce(peer)), peer.outbox.wants());
   if (n == 0) return;
@@ -126,11 +115,10 @@ void Node::Impl::build_answer(OutgoingDatagram& datagram) {
 }
 
 // One frame, not more than what came from there.
-void Node::Impl::build_candidate(Peer& peer, OutgoingDatagram& datagram) {
-  Candidate& candidate = peer.candidate;
+void Node::Impl::build_candidate(Peer& peer, Candidate& candidate, OutgoingDatagram& datagram) {
   wire::Encoder out(datagram.buffer, peer.session.next_header(config.incarnation, candidate.incarnation));
   if (std::exchange(candidate.ping_due, false)) {
-    out.ping(candidate.token());
+    out.ping(candidate.token);
     count_sent(FrameType::ping);
   } else {
     put_beacon(out);
@@ -158,7 +146,10 @@ void Node::Impl::build_control(Peer& peer, OutgoingDatagram& datagram) {
     if (beacon || box.mass_due) put_mass(out, peer);
     if (!box.wants().empty()) put_wants(out, peer);
     // A beacon's digest must not run ahead of what the neighbour was told.
-    if (!box.changed().empty() && (beacon || box.have_due(now))) put_have(out, peer);
+    if (!box.changed().empty() && (beacon || box.have_due(now)))
+      put_have(out, peer);
+    else if (beacon)
+      put_lacking(out, peer);
     if (beacon && (statuses_due || box.status_echo_due))
       put_status(out, std::exchange(box.status_echo_due, false) ? RobotId{} : peer.who.robot, box.status_cursor);
   }

@@ -54,11 +54,6 @@ void Node::Impl::peer_down(Peer& peer) {
   peer.frontier.ask_no_more();
 }
 
-void Node::Impl::tell_all(Peer& peer) {
-  for (const auto& [log, count] : store.frontier())
-    if (told(log) > 0) peer.outbox.tell(log, now);
-}
-
 void Node::Impl::changed() {
   trickle.changed(now);
   seeking.changed(now);

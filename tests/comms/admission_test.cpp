@@ -97,6 +97,20 @@ TEST(Admission, AFloodOfForgedCandidatesDoesNotPushOutOneThatNamedUs) {
   EXPECT_EQ(neighbour(alone, kStranger).incarnation, 6u);
 }
 
+// Of a life that is over datagrams may still come, which name us: the next life does not wait until it is forgotten.
+TEST(Admission, ALifeThatIsOverDoesNotKeepOutTheNext) {
+  Alone alone;
+  alone.befriend("friend", 5);
+  alone.hear(greeting("friend", 6, Alone::kLife, 1));
+  alone.sent();
+  alone.hear(greeting("friend", 7, Alone::kLife, 1));
+  const auto ping = sim::first<wire::Ping>(alone.sent());
+  ASSERT_TRUE(ping);
+  EXPECT_EQ(ping->first.receiver, 7u);
+  alone.hear_frames(7, 2, [&](wire::Encoder& out) { out.pong(ping->second.token); });
+  EXPECT_EQ(neighbour(alone, kStranger).incarnation, 7u);
+}
+
 // Who does not know our life may be anybody: its words are not the neighbour's.
 TEST(Admission, WhatIsNotProvedIsNotRead) {
   Alone alone;

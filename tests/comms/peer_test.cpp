@@ -54,6 +54,8 @@ TEST(PeerFrontier, WhatWasRefusedIsNotRequestedAtEachWord) {
   frontier.refused_some();
   frontier.claim(kStart, 1, 7, 0ms);
   frontier.requested(*frontier.next_request(), 0ms);
+  EXPECT_LT(*frontier.next_request(), kStart + 1s) << "a damaged entry may not be there any more";
+  frontier.refused_some();  // by the answer
   const Instant first = *frontier.next_request();
   EXPECT_GE(first, kStart + 4s);
   frontier.claim(kStart + 1s, 2, 7, 0ms);
@@ -91,6 +93,21 @@ TEST(Outbox, TellsEachChangeOnce) {
   EXPECT_TRUE(box.may_tell_all(kStart));
   EXPECT_FALSE(box.may_tell_all(kStart + 19ms));
   EXPECT_TRUE(box.may_tell_all(kStart + 20ms));
+}
+
+TEST(Outbox, NewsGoesInCopiesWhenItFitsADatagram) {
+  Outbox box;
+  box.tell(kLog, kStart, true);
+  box.told(kStart, {{kLog, 1}}, 1, 3);
+  EXPECT_EQ(box.next(), kStart + 4ms);
+  box.told(kStart + 4ms, {{kLog, 1}}, 1, 3);
+  EXPECT_TRUE(box.have_due(kStart + 8ms));
+  box.told(kStart + 8ms, {{kLog, 1}}, 1, 3);
+  EXPECT_FALSE(box.have_due(kStart + 1s)) << "three are enough";
+  box.tell(kLog, kStart + 1s, true);
+  box.tell(kOther, kStart + 1s, true);
+  box.told(kStart + 1s, {{kLog, 2}}, 1, 3);
+  EXPECT_EQ(box.changed().size(), 1u) << "there is more: no copies";
 }
 
 TEST(Outbox, LaterLivesAreToldOnceASecond) {
@@ -149,13 +166,15 @@ TEST(Peer, BecomesWhoStandsBesideIt) {
   peer.bytes_in = 9;
   peer.who = {RobotId::from_name("a"), 5, true, true, kStart};
   peer.frontier.raise(kLog, 3);
-  peer.candidate.greeted(kStart, RobotId::from_name("b"), 6, true, random);
-  peer.become(peer.candidate.robot, peer.candidate.incarnation);
+  peer.candidates.greeted(kStart, RobotId::from_name("b"), 6, true, random);
+  const Candidate* const beside = peer.candidates.next();
+  ASSERT_NE(beside, nullptr);
+  peer.become(beside->robot, beside->incarnation);
   EXPECT_EQ(peer.who.robot, RobotId::from_name("b"));
   EXPECT_EQ(peer.who.incarnation, 6u);
   EXPECT_FALSE(peer.who.alive || peer.who.proved);
   EXPECT_EQ(peer.frontier.count(kLog), 0u);
-  EXPECT_EQ(peer.candidate.incarnation, 0u);
+  EXPECT_FALSE(peer.candidates.due());
   EXPECT_TRUE(peer.configured && peer.ever_heard);
   EXPECT_EQ(peer.bytes_in, 9u);
 }

@@ -263,6 +263,28 @@ TEST(RateController, SilenceLeavesAProbeNowAndThen) {
   EXPECT_LE(link.rate.bytes_per_second(), before);
 }
 
+TEST(RateController, OfWhatIsNoDataNothingNeedBeHeard) {
+  Told link;
+  link.send();
+  link.send(false);
+  ++link.received;
+  link.now += 5ms;
+  link.rate.feedback(link.now, {1, 1, 5'000, 0});
+  EXPECT_FALSE(link.rate.silent(link.now + 10s));
+}
+
+// A datagram now and then, each up to 20 ms late: that says nothing about what the way lets through.
+TEST(RateController, JitterOfAThinFlowIsNoQueue) {
+  Told link;
+  for (int i = 0; i < 60; ++i) {
+    link.rate.held_up();
+    link.send();
+    link.tell(5ms + (i % 3 == 0 ? 0ms : 20ms));
+    link.now += 100ms;
+  }
+  EXPECT_GE(link.rate.bytes_per_second(), 50'000.0);
+}
+
 TEST(RateController, NonsenseAndOldNewsAreIgnored) {
   Told link;
   link.send();

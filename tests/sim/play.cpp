@@ -189,19 +189,18 @@ void Play::peace() {
     field_.apply(net_);
   }
   if (hostile_ != nullptr && !scenario_.hostile_stays) hostile_->fall_silent();
-  const Instant begin = net_.now();
+  Instant begin = net_.now();
   bound_ = bound();
-  const Duration limit = bound_ + bound_ / 2 + seconds(2) + allowed_for(scenario_);
-  constexpr auto kPatience = seconds(60);  // to see whether it happens at all
-  while (failure_.empty() && !equal() && net_.now() < begin + kPatience) {
-    // Two digests are soon compared, two frontiers are not.
-    if (hostile_ == nullptr)
-      net_.run_until([&] { return watch_.broken() || equal(); }, kStep);
-    else
-      net_.run_until([&] { return watch_.broken(); }, kStep / 10);
-    check();
-    outlive();
+  Duration limit = bound_ + bound_ / 2 + seconds(2) + allowed_for(scenario_);
+  converge(begin + limit);
+  if (failure_.empty() && !equal() && names_taken()) {
+    begin = net_.now();
+    bound_ = bound();
+    limit = bound_ + bound_ / 2 + seconds(2) + kAfterTheHostile;
+    hostile_->fall_silent();
   }
+  constexpr auto kPatience = seconds(60);  // to see whether it happens at all
+  converge(begin + std::max<Duration>(limit, kPatience));
   recovery_ = net_.now() - begin;
   if (!equal())
     return fail(
@@ -214,6 +213,38 @@ void Play::peace() {
   for (std::size_t i = 1; i < scenario_.robots; ++i)
     if (net_.node(i).frontier() == net_.node(0).frontier() && watch_.set_hash(i) != watch_.set_hash(0))
       fail("equal frontiers, and not the same records");
+}
+
+void Play::converge(Instant until) {
+  while (failure_.empty() && !equal() && net_.now() < until) {
+    // Two digests are soon compared, two frontiers are not.
+    if (hostile_ == nullptr)
+      net_.run_until([&] { return watch_.broken() || equal(); }, kStep);
+    else
+      net_.run_until([&] { return watch_.broken(); }, kStep / 10);
+    check();
+    outlive();
+  }
+}
+
+// In the open nothing shows who it is that greets: while somebody lives under a robot's name at a neighbour of that
+// robot, the robot is refused there. All that is promised is that this is counted, and that it ends with the hostile
+// one.
+bool Play::names_taken() {
+  if (hostile_ == nullptr || !scenario_.hostile_stays) return false;
+  bool taken = false;
+  for (std::size_t i = 0; i < scenario_.robots; ++i)
+    for (const NeighbourStatus& one : net_.node(i).neighbours()) {
+      if (!one.alive || one.endpoint != SimNet::address(scenario_.robots)) continue;
+      for (std::size_t k = 0; k < scenario_.robots; ++k) {
+        if (one.robot != net_[k].config.self || !net_.reaches(k, i)) continue;
+        taken = true;
+        const Counters& counted = net_.node(i).counters();
+        if (counted.of(Refusal::id_conflict) + counted.of(Refusal::second_path) == 0)
+          fail(fmt::format("robot{} has somebody else for robot{} and does not say so", i, k));
+      }
+    }
+  return taken;
 }
 
 // Of what honest robots wrote: a hostile one's own log may grow in one place for as long as it likes.

@@ -36,7 +36,9 @@ class Play {
   void outlive();  // robots that heard of a later life of theirs begin another, as the daemon does
   void move();
   Duration bound() const;
-  Duration latency() const;
+  Duration latency(std::uint32_t fragments) const;
+  void converge(Instant until);
+  bool names_taken();
   bool equal() const;  // the honest robots
   std::string difference() const;
   bool honest(std::size_t i) const { return i < scenario_.robots; }

@@ -19,7 +19,8 @@ struct Outcome {
 
 // Plays it: first with all faults, and invariants only (safety); then everything is well, and all honest robots have to
 // hold the same records within 1.5 times the bound and 2 seconds (liveness), and more
-// while somebody hostile lies to them, or has just gone.
+// while somebody hostile lies to them, or has just gone. Where it lives under a robot's name nothing can be demanded
+// before it has gone.
 // `trace` hears of each datagram that arrives, in words.
 using Trace = std::function<void(const std::string& line)>;
 Outcome run(const Scenario& scenario, const Trace& trace = {});

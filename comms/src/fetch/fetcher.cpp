@@ -66,7 +66,10 @@ std::vector<std::pair<LogId, std::uint32_t>> Fetcher::missing(const Peers& peers
 
 std::string Fetcher::store_full() const { return blocked_.empty() ? std::string() : blocked_.begin()->second.why; }
 
-void Fetcher::offered(const LogId& log) { lacking_[log.lane].try_emplace(log, held(log)); }
+void Fetcher::offered(const LogId& log) {
+  lacking_[log.lane].try_emplace(log, held(log));
+  offered_ = true;
+}
 
 // Keeps needs_ equal to the fetches with missing fragments; called wherever `missing` changes.
 void Fetcher::note_need(const RecordId& id, const Fetch& fetch) {
@@ -78,6 +81,7 @@ void Fetcher::note_need(const RecordId& id, const Fetch& fetch) {
 
 void Fetcher::plan(Instant now, Peers& peers) {
   no_room_for_ = std::numeric_limits<std::size_t>::max();
+  if (std::exchange(offered_, false)) leave_the_silent(now, peers);
   for (auto& [endpoint, peer] : peers) {
     const std::size_t out = peer.asks.outstanding() * kFragmentBytes;
     peer.asks.may_ask_bulk = out <= window(peer, kFirstBulkLane) / 8 * 7 && peer.budget.allows(now);

@@ -27,6 +27,7 @@ class Fetcher {
   using Peers = std::map<Endpoint, Peer>;
   struct Limits {
     std::size_t credit_bytes, most_credit_bytes, reassembly_bytes;
+    bool bits_may_flip = false;  // on the way, and nobody lied
   };
   // Says at any time whether records of a log may come in (Refusal::count), or why not.
   using Judge = std::function<Refusal(const LogId&)>;
@@ -105,6 +106,7 @@ class Fetcher {
   // fetcher_losses.cpp
   void lose(const std::vector<AskLedger::Fragment>& fragments);
   void retarget(Instant now, Peer& silent, Peers& peers);
+  void leave_the_silent(Instant now, Peers& peers);
   void release(const RecordId& id, Fetch& fetch);  // takes back all that was asked
   void restart(const RecordId& id, Fetch& fetch);  // forgets all that came
   void close(const RecordId& id);                  // as if never opened; it will be opened again
@@ -129,6 +131,7 @@ class Fetcher {
   std::vector<Stored> stored_;
   std::vector<Spoilt> spoilt_;
   std::size_t used_bytes_ = 0;
+  bool offered_ = false;         // since the last plan
   std::size_t no_room_for_ = 0;  // looked for in vain since the last plan: so many bytes, and more
   std::uint32_t next_serial_ = 1;
 };

@@ -47,6 +47,12 @@ void Fetcher::lose(const std::vector<AskLedger::Fragment>& fragments) {
   }
 }
 
+// Somebody else may hold now what was asked of one that does not answer: do not wait until it is silent once more.
+void Fetcher::leave_the_silent(Instant now, Peers& peers) {
+  for (auto& [endpoint, peer] : peers)
+    if (peer.asks.silences() >= kSilencesToRetarget && peer.asks.outstanding() > 0) retarget(now, peer, peers);
+}
+
 // To those who were silent less often: two who are silent must not hand their asks to and fro, and what was asked of
 // one that lives must not end at one that is out of reach.
 void Fetcher::retarget(Instant now, Peer& silent, Peers& peers) {

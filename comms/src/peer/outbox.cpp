@@ -1,6 +1,7 @@
 #include "peer/outbox.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace onemap::comms {
 
@@ -8,6 +9,7 @@ namespace {
 constexpr auto kFullHaveGap = std::chrono::milliseconds(20);
 constexpr auto kLaterLifeGap = std::chrono::seconds(1);
 constexpr unsigned kLaterLifeRepeats = 3;
+constexpr auto kCopiesApart = std::chrono::milliseconds(4);
 
 std::optional<Instant> earlier(std::optional<Instant> a, std::optional<Instant> b) {
   if (!a || !b) return a ? a : b;
@@ -29,15 +31,22 @@ void Outbox::tell_later_life_again(Instant now) {
   --later_life_left_;
 }
 
-void Outbox::tell(const LogId& log, Instant at) {
+void Outbox::tell(const LogId& log, Instant at, bool is_news) {
   changed_.insert(log);
+  has_news_ |= is_news;
   have_at_ = earlier(have_at_, at);
 }
 
-void Outbox::told(Instant now, const std::vector<wire::HaveEntry>& entries, std::size_t count) {
+void Outbox::told(Instant now, const std::vector<wire::HaveEntry>& entries, std::size_t count, unsigned copies) {
+  last_have_ = now;
+  if (std::exchange(has_news_, false)) copies_left_ = count < changed_.size() ? 1 : copies;
+  if (copies_left_ > 0) --copies_left_;
+  if (copies_left_ > 0) {
+    have_at_ = now + kCopiesApart;
+    return;
+  }
   for (std::size_t i = 0; i < count; ++i) changed_.erase(entries[i].log);
   if (changed_.empty()) have_at_.reset();
-  last_have_ = now;
 }
 
 bool Outbox::may_tell_all(Instant now) {
@@ -74,6 +83,8 @@ std::optional<Instant> Outbox::next() const {
 void Outbox::fell_silent() {
   changed_.clear();
   have_at_.reset();
+  has_news_ = false;
+  copies_left_ = 0;
   want_nothing();
   later_life_due.reset();
   later_life_left_ = 0;

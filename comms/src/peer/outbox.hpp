@@ -19,6 +19,7 @@ class Outbox {
   bool have_request_due = false;
   bool status_echo_due = false;  // what it said about itself is older than what others say that it said
   RobotId status_cursor;         // where the next status frame starts
+  LogId lacking_cursor;          // and what is said once more of our frontier
 
   // Its author lives, and somebody offers records of a later life of it: once a second, and a few times again, for it
   // answers by beginning a new life, and it is long until somebody offers them again.
@@ -32,9 +33,10 @@ class Outbox {
   bool mass_due = false;
   unsigned amounts_left = 0;
 
-  // HAVE: what changed since it was told.
-  void tell(const LogId& log, Instant at);
-  void told(Instant now, const std::vector<wire::HaveEntry>& entries, std::size_t count);
+  // HAVE: what changed since it was told. What is news to it, or what it requested, goes in several copies, a little
+  // apart, when it fits one datagram: else a lost one costs a beacon's interval.
+  void tell(const LogId& log, Instant at, bool is_news = false);
+  void told(Instant now, const std::vector<wire::HaveEntry>& entries, std::size_t count, unsigned copies = 1);
   const std::set<LogId>& changed() const { return changed_; }
   bool have_due(Instant now) const { return have_at_ && *have_at_ <= now; }
   Instant last_have() const { return last_have_; }
@@ -52,6 +54,8 @@ class Outbox {
 
  private:
   std::set<LogId> changed_;
+  bool has_news_ = false;
+  unsigned copies_left_ = 0;  // of the last news
   std::optional<Instant> have_at_, want_at_;
   Instant last_have_{}, next_full_have_{}, later_life_again_{};
   std::uint64_t later_life_ = 0;

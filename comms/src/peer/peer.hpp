@@ -49,7 +49,7 @@ struct Peer {
   bool configured = false;  // greeted although it never answered, and keeps its place
   bool ever_heard = false;  // by whatever name
   Speaker who;
-  Candidate candidate;  // another who would speak from here
+  Candidates candidates;  // others who would speak from here
   Session session;
   RoundTrip round_trip;
   Pings pings;

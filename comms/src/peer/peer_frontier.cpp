@@ -31,6 +31,11 @@ bool PeerFrontier::raise(const LogId& log, std::uint32_t count) {
   return true;
 }
 
+void PeerFrontier::refused_some() {
+  refused_some_ = true;
+  if (request_at_) request_at_ = not_too_often(*request_at_);
+}
+
 // A difference may go away by itself in a moment. That the peer speaks makes another try worth while, however many went
 // unanswered.
 void PeerFrontier::claim(Instant now, std::uint64_t datagram, std::uint64_t digest, Duration round_trip) {
@@ -51,6 +56,7 @@ bool PeerFrontier::requested(Instant now, Duration round_trip) {
   const unsigned steps = std::clamp(requests_, kPatientRequests, kPatientRequests + kMostSteps) - kPatientRequests;
   last_request_ = now;
   ++requests_;
+  refused_some_ = false;  // the answer shows whether there still is such an entry
   request_at_ = not_too_often(now + (kRequestGap + 2 * round_trip) * (1u << steps));
   // More seldom each time: what takes many datagrams has time to come through losses.
   if (requests_ < kRequestsInVain || !std::has_single_bit(requests_)) return false;

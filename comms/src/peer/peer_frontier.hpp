@@ -14,7 +14,7 @@ class PeerFrontier {
   std::uint32_t count(const LogId& log) const;  // 0: nothing
   const VersionVector& logs() const { return logs_; }
   bool raise(const LogId& log, std::uint32_t count);  // true: more than before
-  void refused_some() { refused_some_ = true; }       // an entry is not kept: the digests will differ for long
+  void refused_some();                                // an entry is not kept: the digests will differ for long
   void judge_again(Instant now);                      // what was refused may be welcome now: ask for it soon
 
   // In the datagram with this (unfolded) counter. Claims that were overtaken do not count.
@@ -36,7 +36,7 @@ class PeerFrontier {
   std::optional<Instant> request_at_;
   unsigned requests_ = 0;  // in a row, without success
   Instant last_request_{};
-  bool refused_some_ = false;
+  bool refused_some_ = false;  // since the last request
 };
 
 }  // namespace onemap::comms

@@ -43,12 +43,12 @@ RateController::RateController(const RateBounds& bounds)
 void RateController::sent(Instant now, std::uint32_t counter, std::size_t payload, bool data) {
   const std::size_t bytes = payload + kIpUdpBytes;
   log_.sent(now, counter, bytes);
-  newest_ = counter;
   if (std::exchange(limited_, false) || delay_.draining()) limited_at_ = counter;
   const double train = phase_ == Phase::startup ? kTrainBytes : std::min(to_seconds(kTrain) * rate_, kTrainBytes);
   next_ = std::max(next_, now - seconds(train / rate_)) + seconds(static_cast<double>(bytes) / rate_);
   if (!data) return;
   data_at_ = now;
+  newest_data_ = counter;
   if (!waits_since_) waits_since_ = now;
 }
 
@@ -104,8 +104,9 @@ void RateController::start_over() {
   no_faster_ = 0;
 }
 
+// Of what is no data nothing need be heard.
 void RateController::waits_no_longer(Instant now, std::uint32_t highest) {
-  if (later(newest_, highest))
+  if (waits_since_ && later(newest_data_, highest))
     waits_since_ = now;
   else
     waits_since_.reset();
@@ -122,8 +123,14 @@ void RateController::measure(const SentLog::Entry& sent) {
   const Point& since = points_.front();
   const double time = to_seconds(clock_ - since.clock);
   if (time < kShortest_s) return;
-  const double delivery = static_cast<double>(sent.bytes - since.bytes) / time;
-  const bool limited = later(limited_at_, since.counter) && to_seconds(delay_.queue()) < kTarget_s / 2;
+  const auto bytes = static_cast<double>(sent.bytes - since.bytes);
+  const bool held_up = later(limited_at_, since.counter);
+  const double queue = to_seconds(delay_.queue());
+  double delivery = bytes / time;
+  const bool limited = held_up && queue < kTarget_s / 2;
+  // What waits when little was sent is jitter, or somebody else's: a way that lets through more than this would not be
+  // filled for so long by these bytes, and that it lets through less they do not show.
+  if (held_up && !limited && bytes < kTrainBytes) delivery = std::max(delivery, std::min(bytes / queue, capacity_));
   if (phase_ == Phase::startup) return start_up(delivery, limited);
   if (limited && delivery < capacity_) return;
   capacity_ += 0.3 * (std::min(delivery, kStartGain * capacity_) - capacity_);

@@ -64,9 +64,9 @@ class RateController {
   QueueDelay delay_;
   LossMeter loss_;
   std::deque<Point> points_;
-  bool limited_ = true;           // as held_up() said, since the last datagram
-  std::uint32_t limited_at_ = 0;  // the last datagram before which it was held up
-  std::uint32_t newest_ = 0;      // counter of the last datagram
+  bool limited_ = true;            // as held_up() said, since the last datagram
+  std::uint32_t limited_at_ = 0;   // the last datagram before which it was held up
+  std::uint32_t newest_data_ = 0;  // counter of the last datagram with data
   std::optional<wire::Feedback> last_;
   Instant last_at_{};  // when `last_` came
   Duration clock_{};   // the peer's, at the arrival of last_'s newest datagram, unfolded

@@ -15,7 +15,7 @@ void CounterLoss::overtaken(std::uint64_t at) {
 
 void CounterLoss::newest(std::uint64_t at) {
   ++received_in_block_;
-  if (at - block_start_ < kBlock) return;
+  if (at - block_start_ < (measured_ ? kBlock : kFirstBlock)) return;
   const auto expected = static_cast<double>(at - block_start_);
   const double lost = std::max(0.0, 1.0 - static_cast<double>(received_in_block_) / expected);
   loss_ = measured_ ? 0.75 * loss_ + 0.25 * lost : lost;
