@@ -30,8 +30,8 @@ Node::Impl::Impl(NodeConfig config_, LogStore& store_)
     : config(std::move(config_)),
       store(store_),
       fetcher(
-          {config.credit_bytes, config.most_credit_bytes, config.reassembly_bytes, !config.sealed}, store, notary,
-          counters, [this](const LogId& log) { return judge(log); }, config.keeping),
+          {config.credit_bytes, config.most_credit_bytes, config.reassembly_bytes}, store, notary, counters,
+          [this](const LogId& log) { return judge(log); }, config.keeping),
       team(config.self, config.incarnation, config.max_robots, config.max_neighbours),
       talks(config.self, config.incarnation),
       replacements(config.keeping),

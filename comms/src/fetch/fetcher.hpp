@@ -27,7 +27,6 @@ class Fetcher {
   using Peers = std::map<Endpoint, Peer>;
   struct Limits {
     std::size_t credit_bytes, most_credit_bytes, reassembly_bytes;
-    bool bits_may_flip = false;  // on the way, and nobody lied
   };
   // Says at any time whether records of a log may come in (Refusal::count), or why not.
   using Judge = std::function<Refusal(const LogId&)>;

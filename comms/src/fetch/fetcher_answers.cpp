@@ -178,7 +178,7 @@ void Fetcher::completed(Instant now, const Peer& from, std::uint8_t hops, Fetch&
 void Fetcher::distrust(Instant now, Fetch& fetch) {
   fetch.target = nullptr;
   if (++fetch.bad_bodies == 1) return;
-  const unsigned doublings = limits_.bits_may_flip ? 0 : std::min(fetch.bad_bodies - 2, kMostDoublings);
+  const unsigned doublings = std::min(fetch.bad_bodies - 2, kMostDoublings);
   fetch.not_before = now + kSpoiltRetry * (1u << doublings);
   wake_ = std::min(wake_, fetch.not_before);
 }
