@@ -7,6 +7,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "ink.hpp"
 #include "render/drawing.hpp"
 #include "render/upright.hpp"
 #include "vectors.hpp"
@@ -14,7 +15,7 @@
 namespace onemap::render {
 namespace {
 
-constexpr Color kInk{35, 38, 42}, kPaper{255, 255, 255}, kGrid{40, 60, 90};
+constexpr Color kPaper{255, 255, 255}, kGrid{40, 60, 90};
 constexpr std::array<Color, 3> kAxes{{{205, 50, 45}, {40, 150, 60}, {45, 95, 215}}};
 constexpr float kPaperOpacity = 0.72f;
 

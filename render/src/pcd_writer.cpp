@@ -8,6 +8,7 @@
 
 #include "hal/base/bytes.hpp"
 #include "hal/base/file.hpp"
+#include "ink.hpp"
 
 namespace onemap::render {
 namespace {
@@ -15,7 +16,6 @@ namespace {
 using mapping::Matrix3d;
 using mapping::Rgb;
 using mapping::Vector3f;
-constexpr Rgb kGrey{180, 180, 180};
 constexpr std::size_t kPointBytes = 16;
 
 // VIEWPOINT stays the identity: some viewers turn the points by it.
@@ -45,7 +45,7 @@ Status write(const std::string& path, std::span<const Vector3f> points, std::spa
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vector3f p = R * points[i];
     for (int k = 0; k < 3; ++k) out.put(std::bit_cast<std::uint32_t>(p[k]));
-    const Rgb& c = colors.empty() ? kGrey : colors[i];
+    const Rgb& c = colors.empty() ? kUncoloured : colors[i];
     out.put(std::uint32_t{c[0]} << 16 | std::uint32_t{c[1]} << 8 | std::uint32_t{c[2]});
   }
   return write_file(path, bytes);

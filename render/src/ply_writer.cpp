@@ -7,6 +7,7 @@
 
 #include "hal/base/bytes.hpp"
 #include "hal/base/file.hpp"
+#include "ink.hpp"
 
 namespace onemap::render {
 namespace {
@@ -14,7 +15,6 @@ namespace {
 using mapping::Matrix3d;
 using mapping::Rgb;
 using mapping::Vector3f;
-constexpr Rgb kGrey{180, 180, 180};
 
 // The vertex part, which clouds and meshes share.
 struct Vertices {
@@ -51,7 +51,7 @@ void put_vertices(std::vector<std::uint8_t>& bytes, const Vertices& v, const Mat
   for (std::size_t i = 0; i < v.points.size(); ++i) {
     put(out, R * v.points[i]);
     if (!v.normals.empty()) put(out, R * v.normals[i]);
-    out.bytes(v.colors.empty() ? kGrey : v.colors[i]);
+    out.bytes(v.colors.empty() ? kUncoloured : v.colors[i]);
   }
 }
 

@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ink.hpp"
 #include "render/drawing.hpp"
 #include "render/figures.hpp"
 
 namespace onemap::render {
 namespace {
-
-constexpr Color kInk{35, 38, 42}, kSoft{110, 115, 122};
 
 std::string with_thousands(std::size_t n) {
   if (n < 1000) return fmt::format("{}", n);
@@ -68,7 +67,7 @@ Result<Image> draw_side_by_side(Renderer& renderer, std::span<const Scene> maps,
     paste(picture, *image, x, y);
     const float middle = static_cast<float>(x) + 0.5f * wide, base = static_cast<float>(y + tile.height_px);
     draw_centred(picture, {middle, base + 1.1f * text}, 0.9f * wide, scene.title, text, kInk);
-    draw_centred(picture, {middle, base + 2.5f * text}, 0.9f * wide, contents(scene), 0.8f * text, kSoft);
+    draw_centred(picture, {middle, base + 2.5f * text}, 0.9f * wide, contents(scene), 0.8f * text, kSoftInk);
   }
   return picture;
 }

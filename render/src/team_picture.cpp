@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ink.hpp"
 #include "render/drawing.hpp"
 #include "render/figures.hpp"
 
 namespace onemap::render {
 namespace {
 
-constexpr Color kPaper{250, 250, 250}, kInk{35, 38, 42}, kSoft{120, 125, 132}, kGood{60, 150, 80}, kBad{205, 65, 55};
+constexpr Color kSheet{250, 250, 250}, kGood{60, 150, 80}, kBad{205, 65, 55};
 
 constexpr float kCountAt = 0.28f;  // of a link's length: farther on others cross it
 
@@ -62,7 +63,7 @@ void draw_count(Image& image, const Layout& at, const TeamPicture::Link& link) {
   const float height = 15 * at.unit, wide = text_width_px(text, height);
   fill_rectangle(image, static_cast<int>(middle.x - 0.5f * wide - 6 * at.unit),
                  static_cast<int>(middle.y - 0.9f * height), static_cast<int>(wide + 12 * at.unit),
-                 static_cast<int>(1.8f * height), kPaper, 0.9f);
+                 static_cast<int>(1.8f * height), kSheet, 0.9f);
   draw_centred(image, middle, text, height, kGood);
 }
 
@@ -70,7 +71,7 @@ void draw_robot(Image& image, const Layout& at, std::size_t i, const TeamPicture
   const TeamPicture::Robot& robot = team.robots[i];
   const Point place = at.robot(i);
   const float radius = 27 * at.unit;
-  fill_disc(image, place, radius + 4 * at.unit, kPaper);
+  fill_disc(image, place, radius + 4 * at.unit, kSheet);
   fill_disc(image, place, radius, robot.color, robot.in_map ? 1.0f : 0.35f);
   if (robot.name == team.reference) draw_circle(image, place, radius + 6 * at.unit, kInk, 2 * at.unit);
   // Outwards of it, where no link is.
@@ -80,7 +81,7 @@ void draw_robot(Image& image, const Layout& at, std::size_t i, const TeamPicture
   const float x = (place.x - at.centre.x) / at.radius, y = (place.y - at.centre.y) / at.radius;
   const Point block{place.x + x * (beyond + half_wide), place.y + y * (beyond + 18 * at.unit)};
   draw_centred(image, {block.x, block.y - 10 * at.unit}, robot.name, name_px, kInk);
-  draw_centred(image, {block.x, block.y + 11 * at.unit}, keyframes, small_px, kSoft);
+  draw_centred(image, {block.x, block.y + 11 * at.unit}, keyframes, small_px, kSoftInk);
 }
 
 // In one line, as large as it may be.
@@ -101,13 +102,13 @@ void draw_list(Image& image, const Layout& at, const TeamPicture& team, const st
   const auto in_map = std::ranges::count_if(team.robots, [](const auto& robot) { return robot.in_map; });
   draw_text(image, {left, y}, fmt::format("{} robots, {} in the map", team.robots.size(), in_map), 18 * at.unit, kInk);
   if (!team.reference.empty())
-    draw_text(image, {left, y += line}, fmt::format("in the frame of {}", team.reference), text, kSoft);
+    draw_text(image, {left, y += line}, fmt::format("in the frame of {}", team.reference), text, kSoftInk);
   y += 0.6f * line;
   const auto room = static_cast<std::size_t>(std::max(1.0f, (0.94f * static_cast<float>(image.height) - y) / line));
   for (std::size_t i = 0; i < std::min(links.size(), room); ++i) {
     const TeamPicture::Link& link = links[i];
     if (i + 1 == room && links.size() > room) {
-      draw_text(image, {left, y + line}, fmt::format("and {} more", links.size() - i), text, kSoft);
+      draw_text(image, {left, y + line}, fmt::format("and {} more", links.size() - i), text, kSoftInk);
       return;
     }
     draw_link_words(image, {left, y += line}, text, team, link);
@@ -117,7 +118,7 @@ void draw_list(Image& image, const Layout& at, const TeamPicture& team, const st
 }  // namespace
 
 Image draw_team(const TeamPicture& team, int width_px, int height_px) {
-  Image image(width_px, height_px, kPaper);
+  Image image(width_px, height_px, kSheet);
   const Layout at(image, team.robots.size());
   std::vector<TeamPicture::Link> links = team.links;
   std::erase_if(links, [&](const auto& l) { return std::max(l.a, l.b) >= team.robots.size() || l.a == l.b; });

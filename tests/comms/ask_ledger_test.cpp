@@ -7,7 +7,7 @@ namespace {
 using namespace std::chrono_literals;
 
 const RecordId kVoxels{{RobotId::from_name("a"), 3, 1}, 0}, kPose{{RobotId::from_name("a"), 1, 1}, 0};
-const Instant kStart{10s};
+const Instant kAsked{10s};
 
 std::vector<std::uint32_t> indices(const std::vector<AskLedger::Fragment>& fragments) {
   std::vector<std::uint32_t> all;
@@ -17,33 +17,33 @@ std::vector<std::uint32_t> indices(const std::vector<AskLedger::Fragment>& fragm
 
 AskLedger with(const RecordId& id, std::uint32_t fragments) {
   AskLedger ledger;
-  for (std::uint32_t k = 0; k < fragments; ++k) ledger.add(kStart, {id, k}, k + 1);
+  for (std::uint32_t k = 0; k < fragments; ++k) ledger.add(kAsked, {id, k}, k + 1);
   return ledger;
 }
 
 TEST(AskLedger, ThreeLaterAnswersAndTheReorderWindowMakeALoss) {
   AskLedger ledger = with(kVoxels, 6);
-  for (const std::uint32_t serial : {2u, 3u}) ledger.answered(kStart, 3, serial);
-  EXPECT_TRUE(ledger.take_overtaken(kStart + 1s, 3, 5ms).empty()) << "two are not enough";
-  ledger.answered(kStart + 1ms, 3, 4);
-  EXPECT_TRUE(ledger.take_overtaken(kStart + 5ms, 3, 5ms).empty()) << "it may still be on its way";
-  EXPECT_EQ(ledger.next_deadline({}), kStart + 1ms + RoundTrip().reorder_window());
-  EXPECT_EQ(indices(ledger.take_overtaken(kStart + 6ms, 3, 5ms)), std::vector<std::uint32_t>{0});
+  for (const std::uint32_t serial : {2u, 3u}) ledger.answered(kAsked, 3, serial);
+  EXPECT_TRUE(ledger.take_overtaken(kAsked + 1s, 3, 5ms).empty()) << "two are not enough";
+  ledger.answered(kAsked + 1ms, 3, 4);
+  EXPECT_TRUE(ledger.take_overtaken(kAsked + 5ms, 3, 5ms).empty()) << "it may still be on its way";
+  EXPECT_EQ(ledger.next_deadline({}), kAsked + 1ms + RoundTrip().reorder_window());
+  EXPECT_EQ(indices(ledger.take_overtaken(kAsked + 6ms, 3, 5ms)), std::vector<std::uint32_t>{0});
   EXPECT_EQ(ledger.outstanding(), 2u);
-  EXPECT_TRUE(ledger.take_overtaken(kStart + 9s, 3, 5ms).empty()) << "once";
+  EXPECT_TRUE(ledger.take_overtaken(kAsked + 9s, 3, 5ms).empty()) << "once";
 }
 
 TEST(AskLedger, SilenceLosesAllOfALaneAndIsCounted) {
   AskLedger ledger = with(kVoxels, 3);
   const RoundTrip trip;
-  ledger.add(kStart, {kPose, 0}, 9);
-  EXPECT_TRUE(ledger.take_silent(kStart + 99ms, 3, trip).empty());
-  ledger.progressed(kStart + 50ms, 1);
-  EXPECT_TRUE(ledger.take_silent(kStart + 149ms, 3, trip).empty()) << "a lower lane moved: the peer is busy with it";
-  EXPECT_EQ(indices(ledger.take_silent(kStart + 150ms, 3, trip)), (std::vector<std::uint32_t>{0, 1, 2}));
+  ledger.add(kAsked, {kPose, 0}, 9);
+  EXPECT_TRUE(ledger.take_silent(kAsked + 99ms, 3, trip).empty());
+  ledger.progressed(kAsked + 50ms, 1);
+  EXPECT_TRUE(ledger.take_silent(kAsked + 149ms, 3, trip).empty()) << "a lower lane moved: the peer is busy with it";
+  EXPECT_EQ(indices(ledger.take_silent(kAsked + 150ms, 3, trip)), (std::vector<std::uint32_t>{0, 1, 2}));
   EXPECT_EQ(ledger.silences(), 1u);
   EXPECT_EQ(ledger.outstanding(), 1u);
-  ledger.progressed(kStart + 200ms, 1);
+  ledger.progressed(kAsked + 200ms, 1);
   EXPECT_EQ(ledger.silences(), 0u);
 }
 
@@ -55,7 +55,7 @@ TEST(AskLedger, WhatIsWithdrawnIsNeitherOutstandingNorLost) {
   EXPECT_EQ(ledger.outstanding(), 3u);
   ledger.withdraw(kVoxels);
   EXPECT_EQ(ledger.outstanding(), 0u);
-  EXPECT_TRUE(ledger.take_silent(kStart + 10s, 3, {}).empty());
+  EXPECT_TRUE(ledger.take_silent(kAsked + 10s, 3, {}).empty());
   EXPECT_EQ(ledger.next_deadline({}), Instant::max());
 }
 
@@ -63,16 +63,16 @@ TEST(AskLedger, WhoIsThereIsNotWaitedForLong) {
   AskLedger ledger;
   RoundTrip trip;
   for (int k = 0; k < 12; ++k) {
-    ledger.add(kStart, {kVoxels, 0}, 1);
-    ledger.take_silent(kStart + 10s, 3, trip);
+    ledger.add(kAsked, {kVoxels, 0}, 1);
+    ledger.take_silent(kAsked + 10s, 3, trip);
   }
   EXPECT_EQ(ledger.silences(), 12u);
   ledger.is_there();
   EXPECT_EQ(ledger.silences(), RoundTrip::kPatientSilences);
-  EXPECT_FALSE(ledger.avoided(kStart));
-  ledger.avoid(kStart);
-  EXPECT_TRUE(ledger.avoided(kStart + 999ms));
-  EXPECT_FALSE(ledger.avoided(kStart + 1s));
+  EXPECT_FALSE(ledger.avoided(kAsked));
+  ledger.avoid(kAsked);
+  EXPECT_TRUE(ledger.avoided(kAsked + 999ms));
+  EXPECT_FALSE(ledger.avoided(kAsked + 1s));
 }
 
 }  // namespace

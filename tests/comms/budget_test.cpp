@@ -11,36 +11,36 @@ namespace {
 using namespace std::chrono_literals;
 using paced::PacedNet;
 
-const Instant kStart{100s};
+const Instant kDayBegan{100s};
 
 TEST(LinkBudget, NoLimitAllowsAll) {
   LinkBudget budget;
-  budget.spent(kStart, 1'000'000'000);
-  EXPECT_TRUE(budget.allows(kStart));
+  budget.spent(kDayBegan, 1'000'000'000);
+  EXPECT_TRUE(budget.allows(kDayBegan));
 }
 
 TEST(LinkBudget, ASecondsWorthMayBeSavedUp) {
   LinkBudget budget(1000, 0);
-  budget.spent(kStart, 1000);
-  EXPECT_TRUE(budget.allows(kStart));
-  budget.spent(kStart, 500);
-  EXPECT_FALSE(budget.allows(kStart));
-  EXPECT_EQ(budget.next(kStart), kStart + 500ms);
-  EXPECT_TRUE(budget.allows(kStart + 500ms));
+  budget.spent(kDayBegan, 1000);
+  EXPECT_TRUE(budget.allows(kDayBegan));
+  budget.spent(kDayBegan, 500);
+  EXPECT_FALSE(budget.allows(kDayBegan));
+  EXPECT_EQ(budget.next(kDayBegan), kDayBegan + 500ms);
+  EXPECT_TRUE(budget.allows(kDayBegan + 500ms));
 }
 
 TEST(LinkBudget, ADayIs24HoursFromItsFirstByte) {
   LinkBudget budget(0, 1000);
-  budget.spent(kStart, 999);
-  EXPECT_TRUE(budget.allows(kStart));
-  budget.spent(kStart + 1h, 1);
-  EXPECT_FALSE(budget.allows(kStart + 1h));
-  EXPECT_EQ(budget.next(kStart + 1h), kStart + 24h);
-  EXPECT_EQ(budget.spent_today(kStart + 2h), 1000u);
-  EXPECT_TRUE(budget.allows(kStart + 24h));
-  EXPECT_EQ(budget.spent_today(kStart + 24h), 0u);
-  budget.spent(kStart + 30h, 10);
-  EXPECT_EQ(budget.spent_today(kStart + 30h), 10u);
+  budget.spent(kDayBegan, 999);
+  EXPECT_TRUE(budget.allows(kDayBegan));
+  budget.spent(kDayBegan + 1h, 1);
+  EXPECT_FALSE(budget.allows(kDayBegan + 1h));
+  EXPECT_EQ(budget.next(kDayBegan + 1h), kDayBegan + 24h);
+  EXPECT_EQ(budget.spent_today(kDayBegan + 2h), 1000u);
+  EXPECT_TRUE(budget.allows(kDayBegan + 24h));
+  EXPECT_EQ(budget.spent_today(kDayBegan + 24h), 0u);
+  budget.spent(kDayBegan + 30h, 10);
+  EXPECT_EQ(budget.spent_today(kDayBegan + 30h), 10u);
 }
 
 struct Two {

@@ -21,8 +21,8 @@ using sim::SimNet;
 const TeamKey kTeam{{1, 2, 3}};
 
 // One honest robot with a key, whom anybody can say anything, and what it answers.
-struct Alone {
-  Alone() : node(node_config(), store), guard(guard_config(), node, pins) { guard.on_timer(now); }
+struct Guarded {
+  Guarded() : node(node_config(), store), guard(guard_config(), node, pins) { guard.on_timer(now); }
   static NodeConfig node_config() {
     NodeConfig config;
     config.self = RobotId::from_name("honest");
@@ -84,7 +84,7 @@ Datagram beacon_of(const RobotId& robot) {
 }
 
 TEST(GuardHostile, GarbageOfEveryShapeGetsSilence) {
-  Alone robot;
+  Guarded robot;
   test::Random random(3);
   for (int i = 0; i < 20'000; ++i) {
     Datagram bytes(static_cast<std::size_t>(random.integer(0, 1200)));
@@ -108,7 +108,7 @@ TEST(GuardHostile, GarbageOfEveryShapeGetsSilence) {
 }
 
 TEST(GuardHostile, AnotherTeamsHelloGetsSilence) {
-  Alone robot;
+  Guarded robot;
   OtherSide other(TeamKey{{9}});
   EXPECT_TRUE(robot.hear(at(100), other.hello(robot.now)).empty());
   EXPECT_EQ(robot.refused(Refusal::bad_mac), 1u);
@@ -116,14 +116,14 @@ TEST(GuardHostile, AnotherTeamsHelloGetsSilence) {
 
 TEST(GuardHostile, EveryFlippedBitOfAHandshakeIsSeen) {
   for (std::size_t bit = 0; bit < 8 * sealed::kHelloMac2At; bit += 3) {
-    Alone robot;
+    Guarded robot;
     OtherSide other(kTeam);
     Datagram hello = other.hello(robot.now);
     hello[bit / 8] ^= static_cast<std::uint8_t>(1u << (bit % 8));
     ASSERT_TRUE(robot.hear(at(100), hello).empty()) << bit;
   }
   for (std::size_t bit = 0; bit < 8 * sealed::kProofBytes; bit += 7) {
-    Alone robot;
+    Guarded robot;
     OtherSide other(kTeam);
     const auto answer = robot.hear(at(100), other.hello(robot.now));
     Datagram proof = other.proof(robot.now, answer.at(0));
@@ -137,7 +137,7 @@ TEST(GuardHostile, EveryFlippedBitOfAHandshakeIsSeen) {
 }
 
 TEST(GuardHostile, EveryPrefixOfEveryDatagramIsRefused) {
-  Alone robot;
+  Guarded robot;
   OtherSide other(kTeam);
   const Datagram hello = other.hello(robot.now);
   for (std::size_t size = 0; size < hello.size(); ++size)
@@ -154,7 +154,7 @@ TEST(GuardHostile, EveryPrefixOfEveryDatagramIsRefused) {
 }
 
 TEST(GuardHostile, EveryFlippedBitOfASealedDatagramIsSeen) {
-  Alone robot;
+  Guarded robot;
   OtherSide other(kTeam);
   ASSERT_TRUE(robot.meet(other, at(100)));
   const Datagram good = other.sealed(beacon_of(other.robot()), 1);
@@ -168,7 +168,7 @@ TEST(GuardHostile, EveryFlippedBitOfASealedDatagramIsSeen) {
 }
 
 TEST(GuardHostile, ADatagramIsTakenOnce) {
-  Alone robot;
+  Guarded robot;
   OtherSide other(kTeam);
   ASSERT_TRUE(robot.meet(other, at(100)));
   const Datagram once = other.sealed(beacon_of(other.robot()), 1);
@@ -183,7 +183,7 @@ TEST(GuardHostile, ADatagramIsTakenOnce) {
 }
 
 TEST(GuardHostile, AWordIsTakenOnce) {
-  Alone robot;
+  Guarded robot;
   OtherSide other(kTeam);
   ASSERT_TRUE(robot.meet(other, at(100)));
   Datagram probe(sealed::kOwnBytes);
@@ -195,7 +195,7 @@ TEST(GuardHostile, AWordIsTakenOnce) {
 
 // Whatever the writer counts: two datagrams under one key and number would give both away.
 TEST(GuardHostile, NoNumberIsUsedTwice) {
-  Alone robot;
+  Guarded robot;
   OtherSide other(kTeam);
   ASSERT_TRUE(robot.meet(other, at(100)));
   std::set<std::uint64_t> used;
@@ -204,7 +204,7 @@ TEST(GuardHostile, NoNumberIsUsedTwice) {
 }
 
 TEST(GuardHostile, AWholeRecordedHandshakePlayedAgainMakesNoSession) {
-  Alone robot;
+  Guarded robot;
   OtherSide other(kTeam);
   const Datagram hello = other.hello(robot.now);
   const auto answer = robot.hear(at(100), hello);
@@ -217,7 +217,7 @@ TEST(GuardHostile, AWholeRecordedHandshakePlayedAgainMakesNoSession) {
 }
 
 TEST(GuardHostile, NoAnswerIsLargerThanWhatCame) {
-  Alone robot;
+  Guarded robot;
   std::size_t came = 0;
   for (std::uint16_t i = 0; i < 200; ++i) {
     OtherSide other(kTeam, i + 1u);
@@ -232,7 +232,7 @@ TEST(GuardHostile, NoAnswerIsLargerThanWhatCame) {
 
 // Half-open handshakes are few, and an address that shows that it receives there gets through a flood of them.
 TEST(GuardHostile, UnderAFloodOfHellosAnHonestRobotGetsInByItsCookie) {
-  Alone robot;
+  Guarded robot;
   OtherSide insider(kTeam, 50);
   std::size_t cookies = 0;
   for (int i = 0; i < 5000; ++i) {
@@ -256,7 +256,7 @@ TEST(GuardHostile, UnderAFloodOfHellosAnHonestRobotGetsInByItsCookie) {
 }
 
 TEST(GuardHostile, ACookieThatNobodyAskedForIsRefused) {
-  Alone robot;
+  Guarded robot;
   OtherSide other(kTeam);
   const Datagram hello = other.hello(robot.now);
   CookieJar jar;
@@ -266,7 +266,7 @@ TEST(GuardHostile, ACookieThatNobodyAskedForIsRefused) {
 }
 
 TEST(GuardHostile, WhoGreetsInAnothersNameIsRefused) {
-  Alone robot;
+  Guarded robot;
   OtherSide other(kTeam);
   ASSERT_TRUE(robot.meet(other, at(100)));
   robot.hear(at(100), other.sealed(beacon_of(RobotId::from_name("victim")), 1));
@@ -275,7 +275,7 @@ TEST(GuardHostile, WhoGreetsInAnothersNameIsRefused) {
 }
 
 TEST(GuardHostile, AGreetingThatItsKeyDidNotSignIsRefused) {
-  Alone robot;
+  Guarded robot;
   OtherSide other(kTeam);
   for (std::size_t byte = 0; byte < sealed::kGreetingBytes; byte += 5) {
     OtherSide liar(kTeam);
@@ -290,7 +290,7 @@ TEST(GuardHostile, AGreetingThatItsKeyDidNotSignIsRefused) {
 }
 
 TEST(GuardHostile, WhoSpeaksNonsenseIsShutOutForLongerAndLonger) {
-  Alone robot;
+  Guarded robot;
   OtherSide other(kTeam);
   const Datagram nonsense{0x07, 0xFF, 0xFF};
   for (const auto penalty : {60s, 120s, 240s}) {
@@ -310,7 +310,7 @@ TEST(GuardHostile, WhoSpeaksNonsenseIsShutOutForLongerAndLonger) {
 }
 
 TEST(GuardHostile, SevenMistakesAMinuteAreForgiven) {
-  Alone robot;
+  Guarded robot;
   OtherSide other(kTeam);
   ASSERT_TRUE(robot.meet(other, at(100)));
   const Datagram nonsense{0x07, 0xFF, 0xFF};
@@ -324,7 +324,7 @@ TEST(GuardHostile, SevenMistakesAMinuteAreForgiven) {
 
 // Somebody on the way sends on what he caught, from an address where he would like our traffic to go.
 TEST(GuardHostile, ASessionMovesOnlyWhenTheNewAddressAnswers) {
-  Alone robot;
+  Guarded robot;
   OtherSide other(kTeam);
   ASSERT_TRUE(robot.meet(other, at(100)));
   const auto probes = robot.hear(at(300), other.sealed(beacon_of(other.robot()), 1));
@@ -386,7 +386,7 @@ TEST(GuardHostile, AFloodOfGarbageChangesNothingBetweenHonestRobots) {
 }
 
 TEST(GuardHostile, AFullTableTakesNobodyInAndLosesNobody) {
-  Alone robot;
+  Guarded robot;
   for (std::uint16_t i = 0; i < 100; ++i) {
     OtherSide other(kTeam, 200u + i, "m" + std::to_string(i));
     robot.now += 50ms;

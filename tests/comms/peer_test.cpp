@@ -12,23 +12,23 @@ namespace onemap::comms {
 namespace {
 using namespace std::chrono_literals;
 
-const LogId kLog{RobotId::from_name("a"), 1, 1}, kOther{RobotId::from_name("b"), 1, 1};
-const Instant kStart{10s};
+const LogId kLog{RobotId::from_name("a"), 1, 1}, kOtherLog{RobotId::from_name("b"), 1, 1};
+const Instant kMet{10s};
 
 TEST(PeerFrontier, CountsOnlyGrow) {
   PeerFrontier frontier;
   EXPECT_TRUE(frontier.raise(kLog, 3));
   EXPECT_FALSE(frontier.raise(kLog, 2));
   EXPECT_EQ(frontier.count(kLog), 3u);
-  EXPECT_EQ(frontier.count(kOther), 0u);
-  frontier.claim(kStart, 1, entry_digest(kLog, 3), 0ms);
+  EXPECT_EQ(frontier.count(kOtherLog), 0u);
+  frontier.claim(kMet, 1, entry_digest(kLog, 3), 0ms);
   EXPECT_FALSE(frontier.next_request());
 }
 
 TEST(PeerFrontier, ADifferenceIsRequestedSoonAndThenMoreSeldom) {
   PeerFrontier frontier;
-  frontier.claim(kStart, 1, 77, 20ms);
-  EXPECT_EQ(frontier.next_request(), kStart + 70ms);
+  frontier.claim(kMet, 1, 77, 20ms);
+  EXPECT_EQ(frontier.next_request(), kMet + 70ms);
   Instant now = *frontier.next_request();
   for (int k = 0; k < 7; ++k) frontier.requested(now, 20ms);
   EXPECT_EQ(frontier.next_request(), now + 90ms);
@@ -42,86 +42,86 @@ TEST(PeerFrontier, ADifferenceIsRequestedSoonAndThenMoreSeldom) {
 
 TEST(PeerFrontier, OvertakenClaimsDoNotCount) {
   PeerFrontier frontier;
-  frontier.claim(kStart, 100, 7, 0ms);
-  frontier.claim(kStart, 99, 8, 0ms);
+  frontier.claim(kMet, 100, 7, 0ms);
+  frontier.claim(kMet, 99, 8, 0ms);
   EXPECT_EQ(frontier.claimed_digest(), 7u);
-  frontier.claim(kStart, 20, 9, 0ms);
+  frontier.claim(kMet, 20, 9, 0ms);
   EXPECT_EQ(frontier.claimed_digest(), 9u) << "so far back it was no overtaking: the peer counts from elsewhere";
 }
 
 TEST(PeerFrontier, WhatWasRefusedIsNotRequestedAtEachWord) {
   PeerFrontier frontier;
   frontier.refused_some();
-  frontier.claim(kStart, 1, 7, 0ms);
+  frontier.claim(kMet, 1, 7, 0ms);
   frontier.requested(*frontier.next_request(), 0ms);
-  EXPECT_LT(*frontier.next_request(), kStart + 1s) << "a damaged entry may not be there any more";
+  EXPECT_LT(*frontier.next_request(), kMet + 1s) << "a damaged entry may not be there any more";
   frontier.refused_some();  // by the answer
   const Instant first = *frontier.next_request();
-  EXPECT_GE(first, kStart + 4s);
-  frontier.claim(kStart + 1s, 2, 7, 0ms);
+  EXPECT_GE(first, kMet + 4s);
+  frontier.claim(kMet + 1s, 2, 7, 0ms);
   EXPECT_EQ(frontier.next_request(), first);
 }
 
 TEST(Outbox, WantsWaitForCompanyAndManyDoNot) {
   Outbox box;
-  EXPECT_FALSE(box.due(kStart));
+  EXPECT_FALSE(box.due(kMet));
   EXPECT_FALSE(box.next());
-  box.want({{kLog, 0}, 0, 1}, kStart + 2ms);
-  EXPECT_FALSE(box.due(kStart));
-  EXPECT_EQ(box.next(), kStart + 2ms);
-  EXPECT_TRUE(box.due(kStart + 2ms));
-  for (std::size_t k = 0; k < Outbox::kManyWants; ++k) box.want({{kLog, 0}, 0, 1}, kStart + 2ms);
-  EXPECT_TRUE(box.due(kStart));
-  box.wanted(kStart, 30);
+  box.want({{kLog, 0}, 0, 1}, kMet + 2ms);
+  EXPECT_FALSE(box.due(kMet));
+  EXPECT_EQ(box.next(), kMet + 2ms);
+  EXPECT_TRUE(box.due(kMet + 2ms));
+  for (std::size_t k = 0; k < Outbox::kManyWants; ++k) box.want({{kLog, 0}, 0, 1}, kMet + 2ms);
+  EXPECT_TRUE(box.due(kMet));
+  box.wanted(kMet, 30);
   EXPECT_EQ(box.wants().size(), 3u);
-  EXPECT_TRUE(box.due(kStart)) << "what did not fit follows at once";
+  EXPECT_TRUE(box.due(kMet)) << "what did not fit follows at once";
   box.want_nothing();
-  EXPECT_FALSE(box.due(kStart + 1s));
+  EXPECT_FALSE(box.due(kMet + 1s));
 }
 
 TEST(Outbox, TellsEachChangeOnce) {
   Outbox box;
-  box.tell(kLog, kStart + 5ms);
-  box.tell(kOther, kStart + 50ms);
-  EXPECT_FALSE(box.have_due(kStart));
-  EXPECT_TRUE(box.have_due(kStart + 5ms));
-  box.told(kStart + 5ms, {{kLog, 1}, {kOther, 1}}, 1);
+  box.tell(kLog, kMet + 5ms);
+  box.tell(kOtherLog, kMet + 50ms);
+  EXPECT_FALSE(box.have_due(kMet));
+  EXPECT_TRUE(box.have_due(kMet + 5ms));
+  box.told(kMet + 5ms, {{kLog, 1}, {kOtherLog, 1}}, 1);
   EXPECT_EQ(box.changed().size(), 1u);
-  box.told(kStart + 5ms, {{kOther, 1}}, 1);
-  EXPECT_FALSE(box.have_due(kStart + 1s));
-  EXPECT_EQ(box.last_have(), kStart + 5ms);
-  EXPECT_TRUE(box.may_tell_all(kStart));
-  EXPECT_FALSE(box.may_tell_all(kStart + 19ms));
-  EXPECT_TRUE(box.may_tell_all(kStart + 20ms));
+  box.told(kMet + 5ms, {{kOtherLog, 1}}, 1);
+  EXPECT_FALSE(box.have_due(kMet + 1s));
+  EXPECT_EQ(box.last_have(), kMet + 5ms);
+  EXPECT_TRUE(box.may_tell_all(kMet));
+  EXPECT_FALSE(box.may_tell_all(kMet + 19ms));
+  EXPECT_TRUE(box.may_tell_all(kMet + 20ms));
 }
 
 TEST(Outbox, NewsGoesInCopiesWhenItFitsADatagram) {
   Outbox box;
-  box.tell(kLog, kStart, true);
-  box.told(kStart, {{kLog, 1}}, 1, 3);
-  EXPECT_EQ(box.next(), kStart + 4ms);
-  box.told(kStart + 4ms, {{kLog, 1}}, 1, 3);
-  EXPECT_TRUE(box.have_due(kStart + 8ms));
-  box.told(kStart + 8ms, {{kLog, 1}}, 1, 3);
-  EXPECT_FALSE(box.have_due(kStart + 1s)) << "three are enough";
-  box.tell(kLog, kStart + 1s, true);
-  box.tell(kOther, kStart + 1s, true);
-  box.told(kStart + 1s, {{kLog, 2}}, 1, 3);
+  box.tell(kLog, kMet, true);
+  box.told(kMet, {{kLog, 1}}, 1, 3);
+  EXPECT_EQ(box.next(), kMet + 4ms);
+  box.told(kMet + 4ms, {{kLog, 1}}, 1, 3);
+  EXPECT_TRUE(box.have_due(kMet + 8ms));
+  box.told(kMet + 8ms, {{kLog, 1}}, 1, 3);
+  EXPECT_FALSE(box.have_due(kMet + 1s)) << "three are enough";
+  box.tell(kLog, kMet + 1s, true);
+  box.tell(kOtherLog, kMet + 1s, true);
+  box.told(kMet + 1s, {{kLog, 2}}, 1, 3);
   EXPECT_EQ(box.changed().size(), 1u) << "there is more: no copies";
 }
 
 TEST(Outbox, LaterLivesAreToldOnceASecond) {
   Outbox box;
-  box.tell_later_life(kStart, 8);
+  box.tell_later_life(kMet, 8);
   ASSERT_EQ(box.later_life_due, 8u);
   box.later_life_due.reset();
-  box.tell_later_life(kStart + 999ms, 9);
+  box.tell_later_life(kMet + 999ms, 9);
   EXPECT_FALSE(box.later_life_due);
-  box.tell_later_life(kStart + 1s, 9);
+  box.tell_later_life(kMet + 1s, 9);
   EXPECT_EQ(box.later_life_due, 9u);
   // It may be lost: three times again.
   int again = 0;
-  for (Instant now = kStart + 1s; now < kStart + 20s; now += 100ms) {
+  for (Instant now = kMet + 1s; now < kMet + 20s; now += 100ms) {
     if (box.later_life_due) ++again;
     box.later_life_due.reset();
     box.tell_later_life_again(now);
@@ -133,13 +133,13 @@ TEST(Outbox, LaterLivesAreToldOnceASecond) {
 TEST(Pings, OnlyTheLastQuestionIsAnsweredAndOnce) {
   Pings pings;
   pings.due = true;
-  pings.sent(kStart);
+  pings.sent(kMet);
   EXPECT_FALSE(pings.due);
-  EXPECT_EQ(pings.next(), kStart + Pings::kGap);
-  pings.sent(kStart + 200ms);
-  EXPECT_FALSE(pings.answered(kStart + 230ms, 1)) << "the one before";
-  EXPECT_EQ(pings.answered(kStart + 230ms, 2), Duration(30ms));
-  EXPECT_FALSE(pings.answered(kStart + 240ms, 2));
+  EXPECT_EQ(pings.next(), kMet + Pings::kGap);
+  pings.sent(kMet + 200ms);
+  EXPECT_FALSE(pings.answered(kMet + 230ms, 1)) << "the one before";
+  EXPECT_EQ(pings.answered(kMet + 230ms, 2), Duration(30ms));
+  EXPECT_FALSE(pings.answered(kMet + 240ms, 2));
 }
 
 TEST(Session, CountsGoOnWhenAnotherSpeaks) {
@@ -164,9 +164,9 @@ TEST(Peer, BecomesWhoStandsBesideIt) {
   SplitMix random(1);
   peer.configured = peer.ever_heard = true;
   peer.bytes_in = 9;
-  peer.who = {RobotId::from_name("a"), 5, true, true, kStart};
+  peer.who = {RobotId::from_name("a"), 5, true, true, kMet};
   peer.frontier.raise(kLog, 3);
-  peer.candidates.greeted(kStart, RobotId::from_name("b"), 6, true, random);
+  peer.candidates.greeted(kMet, RobotId::from_name("b"), 6, true, random);
   const Candidate* const beside = peer.candidates.next();
   ASSERT_NE(beside, nullptr);
   peer.become(beside->robot, beside->incarnation);

@@ -5,13 +5,11 @@
 namespace onemap::comms {
 namespace {
 
-using Verdict = ReplayWindow::Verdict;
-
 TEST(ReplayWindow, TakesEachCounterOnceInAnyOrder) {
   ReplayWindow window;
   for (const std::uint64_t counter : {5u, 7u, 6u, 100u, 50u}) {
-    EXPECT_EQ(window.accept(counter), Verdict::fresh);
-    EXPECT_EQ(window.accept(counter), Verdict::duplicate);
+    EXPECT_EQ(window.accept(counter), ReplayWindow::Verdict::fresh);
+    EXPECT_EQ(window.accept(counter), ReplayWindow::Verdict::duplicate);
   }
   EXPECT_EQ(window.highest(), 100u);
 }
@@ -19,21 +17,21 @@ TEST(ReplayWindow, TakesEachCounterOnceInAnyOrder) {
 TEST(ReplayWindow, Reaches8192Back) {
   ReplayWindow window;
   window.accept(10'000);
-  EXPECT_EQ(window.accept(10'000 - 8191), Verdict::fresh);
-  EXPECT_EQ(window.accept(10'000 - 8191), Verdict::duplicate);
-  EXPECT_EQ(window.accept(10'000 - 8192), Verdict::too_old);
-  EXPECT_EQ(window.accept(10'001), Verdict::fresh);
-  EXPECT_EQ(window.accept(10'001 - 8192), Verdict::too_old);
+  EXPECT_EQ(window.accept(10'000 - 8191), ReplayWindow::Verdict::fresh);
+  EXPECT_EQ(window.accept(10'000 - 8191), ReplayWindow::Verdict::duplicate);
+  EXPECT_EQ(window.accept(10'000 - 8192), ReplayWindow::Verdict::too_old);
+  EXPECT_EQ(window.accept(10'001), ReplayWindow::Verdict::fresh);
+  EXPECT_EQ(window.accept(10'001 - 8192), ReplayWindow::Verdict::too_old);
 }
 
 TEST(ReplayWindow, AJumpForgetsWhatItJumpedOver) {
   ReplayWindow window;
   for (std::uint64_t c = 1; c <= 100; ++c) window.accept(c);
   const std::uint64_t far = std::uint64_t{1} << 40;
-  EXPECT_EQ(window.accept(far), Verdict::fresh);
-  EXPECT_EQ(window.accept(100), Verdict::too_old);
-  for (std::uint64_t c = far - 8191; c < far; ++c) ASSERT_EQ(window.accept(c), Verdict::fresh);
-  for (std::uint64_t c = far - 8191; c <= far; ++c) ASSERT_EQ(window.accept(c), Verdict::duplicate);
+  EXPECT_EQ(window.accept(far), ReplayWindow::Verdict::fresh);
+  EXPECT_EQ(window.accept(100), ReplayWindow::Verdict::too_old);
+  for (std::uint64_t c = far - 8191; c < far; ++c) ASSERT_EQ(window.accept(c), ReplayWindow::Verdict::fresh);
+  for (std::uint64_t c = far - 8191; c <= far; ++c) ASSERT_EQ(window.accept(c), ReplayWindow::Verdict::duplicate);
 }
 
 TEST(ReplayWindow, EstimatesLoss) {

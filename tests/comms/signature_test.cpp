@@ -9,7 +9,7 @@ using namespace std::chrono_literals;
 using sim::Alone;
 using sim::SignedLogs;
 
-const RobotId kFriend = RobotId::from_name("friend"), kOther = RobotId::from_name("other");
+const RobotId kFriend = RobotId::from_name("friend"), kStranger = RobotId::from_name("other");
 const LogId kPoses{kFriend, 1, 5};
 
 std::string hex(std::span<const std::uint8_t> bytes) {
@@ -48,7 +48,7 @@ TEST(Signature, HoldsForTheRecordAndNothingElse) {
   EXPECT_EQ(second.seal.previous, hash_of(head_of(first)));
   EXPECT_TRUE(signed_by(key, head_of(second), second.seal.signature));
   EXPECT_TRUE(signed_by(key, head_of(without_body(second)), second.seal.signature)) << "the body may go";
-  EXPECT_FALSE(signed_by(sim::identity_of(kOther).public_key(), head_of(second), second.seal.signature));
+  EXPECT_FALSE(signed_by(sim::identity_of(kStranger).public_key(), head_of(second), second.seal.signature));
   for (int change = 0; change < 8; ++change) {
     Record other = second;
     if (change == 0) other.id.seq ^= 1;
@@ -57,7 +57,7 @@ TEST(Signature, HoldsForTheRecordAndNothingElse) {
     if (change == 3) other.kind ^= 1;
     if (change == 4) other.body[0] ^= 1;
     if (change == 5) other.seal.previous[3] ^= 1;
-    if (change == 6) other.id.log.robot = kOther;
+    if (change == 6) other.id.log.robot = kStranger;
     if (change == 7) other.seal.replaces = 0;
     EXPECT_FALSE(signed_by(key, head_of(other), second.seal.signature)) << change;
   }
@@ -139,7 +139,7 @@ TEST(Signature, ARobotHasOneKey) {
   // Another life, another lane, another key.
   const LogId later{kFriend, 2, 4};
   Record stolen{{later, 0}, 3, {1}, {}, {}};
-  seal(stolen, {}, sim::identity_of(kOther));
+  seal(stolen, {}, sim::identity_of(kStranger));
   heard.offer(later, 1);
   heard.serve(stolen);
   EXPECT_EQ(heard.held(later), 0u);
@@ -148,13 +148,13 @@ TEST(Signature, ARobotHasOneKey) {
   heard.wait(2s);
   heard.serve(logs.next(later, 3, {1}));
   EXPECT_EQ(heard.held(later), 1u) << "with its own key it is welcome";
-  EXPECT_FALSE(heard.alone.node.pin(kFriend, sim::identity_of(kOther).public_key()));
+  EXPECT_FALSE(heard.alone.node.pin(kFriend, sim::identity_of(kStranger).public_key()));
   EXPECT_TRUE(heard.alone.node.pin(kFriend, sim::identity_of(kFriend).public_key()));
 }
 
 TEST(Signature, AnEarlierWordAboutAKeyCountsMoreThanTheFirstRecord) {
   Heard heard;
-  EXPECT_TRUE(heard.alone.node.pin(kFriend, sim::identity_of(kOther).public_key()));
+  EXPECT_TRUE(heard.alone.node.pin(kFriend, sim::identity_of(kStranger).public_key()));
   heard.offer(kPoses, 1);
   heard.serve(SignedLogs().next(kPoses, 3, {1}));
   EXPECT_EQ(heard.held(kPoses), 0u);

@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 
-constexpr Instant kStart{1000s};
+constexpr Instant kKept{1000s};
 const std::vector<std::uint8_t> kMap{1, 2, 3, 4}, kOther{5, 6, 7};
 
 class KeptMapTest : public testing::Test {
@@ -35,7 +35,7 @@ TEST_F(KeptMapTest, WhatWasKeptIsThereInTheNextLife) {
   const auto nothing = map_.open();
   ASSERT_TRUE(nothing.ok());
   EXPECT_FALSE(*nothing);
-  ASSERT_TRUE(map_.keep(0xabc, kMap, kStart).ok());
+  ASSERT_TRUE(map_.keep(0xabc, kMap, kKept).ok());
   KeptMap next(folder_.path().string());
   const auto kept = next.open();
   ASSERT_TRUE(kept.ok() && *kept);
@@ -44,24 +44,24 @@ TEST_F(KeptMapTest, WhatWasKeptIsThereInTheNextLife) {
 }
 
 TEST_F(KeptMapTest, TheNextOneReplacesIt) {
-  ASSERT_TRUE(map_.keep(1, kMap, kStart).ok());
-  ASSERT_TRUE(map_.keep(2, kOther, kStart).ok());
+  ASSERT_TRUE(map_.keep(1, kMap, kKept).ok());
+  ASSERT_TRUE(map_.keep(2, kOther, kKept).ok());
   EXPECT_THAT(names(), UnorderedElementsAre("settled-map", "map-0000000000000002.omap"));
 }
 
 TEST_F(KeptMapTest, IsDueWhenItIsSettledAndAnotherOneAndNotTooOften) {
-  EXPECT_TRUE(map_.due(1, true, kStart));
-  EXPECT_FALSE(map_.due(1, false, kStart)) << "not settled";
-  EXPECT_FALSE(map_.due(0, true, kStart)) << "no map";
-  ASSERT_TRUE(map_.keep(1, kMap, kStart).ok());
-  EXPECT_FALSE(map_.due(1, true, kStart + 1h)) << "kept already";
-  EXPECT_FALSE(map_.due(2, true, kStart + 29s));
-  EXPECT_TRUE(map_.due(2, true, kStart + 30s));
+  EXPECT_TRUE(map_.due(1, true, kKept));
+  EXPECT_FALSE(map_.due(1, false, kKept)) << "not settled";
+  EXPECT_FALSE(map_.due(0, true, kKept)) << "no map";
+  ASSERT_TRUE(map_.keep(1, kMap, kKept).ok());
+  EXPECT_FALSE(map_.due(1, true, kKept + 1h)) << "kept already";
+  EXPECT_FALSE(map_.due(2, true, kKept + 29s));
+  EXPECT_TRUE(map_.due(2, true, kKept + 30s));
 }
 
 // Between the two files: the new map is there, and the old one counts.
 TEST_F(KeptMapTest, ACrashBetweenTheTwoFilesLeavesTheOldOne) {
-  ASSERT_TRUE(map_.keep(1, kMap, kStart).ok());
+  ASSERT_TRUE(map_.keep(1, kMap, kKept).ok());
   folder_.write("map-0000000000000002.omap", "new");
   KeptMap next(folder_.path().string());
   const auto kept = next.open();
@@ -71,9 +71,9 @@ TEST_F(KeptMapTest, ACrashBetweenTheTwoFilesLeavesTheOldOne) {
 }
 
 TEST_F(KeptMapTest, AMapThatChangedOnTheDiskIsSetAsideAndSaid) {
-  ASSERT_TRUE(map_.keep(1, kMap, kStart).ok());
+  ASSERT_TRUE(map_.keep(1, kMap, kKept).ok());
   for (const char* text : {"\1\2\3\5", "\1\2\3", ""}) {
-    ASSERT_TRUE(map_.keep(1, kMap, kStart).ok());
+    ASSERT_TRUE(map_.keep(1, kMap, kKept).ok());
     folder_.write("map-0000000000000001.omap", text);
     KeptMap next(folder_.path().string());
     const auto kept = next.open();
@@ -94,7 +94,7 @@ TEST_F(KeptMapTest, APointerThatIsNoneIsSetAside) {
     ASSERT_FALSE(kept.ok()) << text;
     EXPECT_THAT(kept.error().text(), HasSubstr("does not say which map is kept; set aside as ")) << text;
   }
-  ASSERT_TRUE(map_.keep(1, kMap, kStart).ok());
+  ASSERT_TRUE(map_.keep(1, kMap, kKept).ok());
   std::filesystem::remove(folder_.path() / "map-0000000000000001.omap");
   EXPECT_THAT(map_.open().error().text(), HasSubstr("No such file"));
   EXPECT_TRUE(map_.open().ok());
@@ -102,10 +102,10 @@ TEST_F(KeptMapTest, APointerThatIsNoneIsSetAside) {
 
 TEST(KeptMap, AFolderThatCannotBeWrittenIsAnErrorAndNotTriedAllTheTime) {
   KeptMap map("/nonexistent/place");
-  EXPECT_FALSE(map.keep(1, kMap, kStart).ok());
+  EXPECT_FALSE(map.keep(1, kMap, kKept).ok());
   EXPECT_FALSE(map.kept());
-  EXPECT_FALSE(map.due(1, true, kStart + 10s));
-  EXPECT_TRUE(map.due(1, true, kStart + 30s));
+  EXPECT_FALSE(map.due(1, true, kKept + 10s));
+  EXPECT_TRUE(map.due(1, true, kKept + 30s));
 }
 
 TEST(SetAside, TakesTheNextNumberAndAtLastTheLast) {

@@ -9,7 +9,7 @@ namespace {
 using namespace std::chrono_literals;
 
 const RobotId kA = RobotId::from_name("a"), kB = RobotId::from_name("b");
-constexpr Instant kStart{};
+constexpr Instant kBegan{};
 
 struct MapAgreementTest : testing::Test {
   MapAgreement agreement;
@@ -21,7 +21,7 @@ struct MapAgreementTest : testing::Test {
     team.digests.push_back(digest);
   }
   bool at(Duration by) {
-    agreement.look(team, radio, kStart + by);
+    agreement.look(team, radio, kBegan + by);
     return agreement.agreed();
   }
 };

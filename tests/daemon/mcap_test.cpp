@@ -22,19 +22,19 @@ namespace {
 using test::TempFolder;
 using testing::HasSubstr;
 using Bytes = std::vector<std::uint8_t>;
-using Json = nlohmann::json;
+using McapJson = nlohmann::json;
 
-struct Record {
+struct McapRecord {
   std::uint8_t op = 0;
   std::span<const std::uint8_t> content;
   std::uint64_t offset = 0, length = 0;  // with its head, from the start of what it is in
 };
 
-std::vector<Record> records(std::span<const std::uint8_t> bytes, std::uint64_t from = 0) {
-  std::vector<Record> found;
+std::vector<McapRecord> records(std::span<const std::uint8_t> bytes, std::uint64_t from = 0) {
+  std::vector<McapRecord> found;
   ByteReader in(bytes);
   while (in.remaining() > 0) {
-    Record record;
+    McapRecord record;
     record.offset = from + bytes.size() - in.remaining();
     record.op = in.get<std::uint8_t>();
     const auto length = in.get<std::uint64_t>();
@@ -77,7 +77,7 @@ struct Message {
   std::string topic, schema;
   std::uint32_t sequence = 0;
   std::uint64_t time = 0;
-  Json json;
+  McapJson json;
 };
 
 // Everything that the specification says of a chunked, indexed file is checked while it is read.
@@ -95,18 +95,18 @@ class StrictReader {
     ByteReader end(all[at].content);
     EXPECT_EQ(end.get<std::uint32_t>(), slow_crc(std::span(file_).first(all[at].offset))) << "data section's CRC";
     EXPECT_TRUE(end.done());
-    summary(std::vector<Record>(all.begin() + static_cast<std::ptrdiff_t>(at) + 1, all.end()));
+    summary(std::vector<McapRecord>(all.begin() + static_cast<std::ptrdiff_t>(at) + 1, all.end()));
   }
   const std::vector<Message>& messages() const { return messages_; }
   std::size_t chunks() const { return chunks_.size(); }
 
  private:
   struct Chunk {
-    Record record;
+    McapRecord record;
     std::uint64_t first = 0, last = 0, packed = 0, size = 0, index_length = 0;
     std::map<std::uint16_t, std::uint64_t> indices;
   };
-  void data(const std::vector<Record>& all, std::size_t& at) {
+  void data(const std::vector<McapRecord>& all, std::size_t& at) {
     if (all[at].op != 0x06) throw std::runtime_error("in an indexed file messages are in chunks");
     Chunk chunk{all[at], 0, 0, 0, 0, 0, {}};
     ByteReader in(all[at].content);
@@ -123,7 +123,7 @@ class StrictReader {
     EXPECT_EQ(crc, slow_crc(content)) << "chunk's CRC";
     std::map<std::uint16_t, std::vector<std::pair<std::uint64_t, std::uint64_t>>> expected;
     std::uint64_t first = UINT64_MAX, last = 0;
-    for (const Record& record : records(content)) {
+    for (const McapRecord& record : records(content)) {
       take(record);
       if (record.op != 0x05) continue;
       first = std::min(first, messages_.back().time);
@@ -149,14 +149,14 @@ class StrictReader {
     EXPECT_EQ(chunk.indices.size(), expected.size());
     chunks_.push_back(std::move(chunk));
   }
-  void take(const Record& record) {
+  void take(const McapRecord& record) {
     ByteReader in(record.content);
     const auto id = in.get<std::uint16_t>();
     if (record.op == 0x03) {
       EXPECT_NE(id, 0);
       schemas_[id] = string_of(in);
       EXPECT_EQ(string_of(in), "jsonschema");
-      EXPECT_FALSE(Json::parse(string_of(in), nullptr, false).is_discarded());
+      EXPECT_FALSE(McapJson::parse(string_of(in), nullptr, false).is_discarded());
       schema_records_.emplace_back(record.content.begin(), record.content.end());
     } else if (record.op == 0x04) {
       const auto schema = in.get<std::uint16_t>();
@@ -172,7 +172,7 @@ class StrictReader {
       EXPECT_EQ(in.get<std::uint64_t>(), message.time) << "published when logged";
       EXPECT_EQ(message.sequence, counts_[id]++);
       const auto data = in.bytes(in.remaining());
-      message.json = Json::parse(data.begin(), data.end());
+      message.json = McapJson::parse(data.begin(), data.end());
       messages_.push_back(std::move(message));
       return;
     } else {
@@ -180,14 +180,14 @@ class StrictReader {
     }
     EXPECT_TRUE(in.done());
   }
-  void summary(const std::vector<Record>& all) {
+  void summary(const std::vector<McapRecord>& all) {
     std::vector<Bytes> schemas, channels;
     std::map<std::uint8_t, std::pair<std::uint64_t, std::uint64_t>> groups;
     std::size_t chunk = 0, statistics = 0;
     std::uint64_t offsets = 0;
     std::uint8_t last_op = 0;
     for (std::size_t i = 0; i + 1 < all.size(); ++i) {
-      const Record& r = all[i];
+      const McapRecord& r = all[i];
       if (r.op == 0x0e) {
         if (offsets == 0) offsets = r.offset;
         ByteReader in(r.content);
@@ -221,7 +221,7 @@ class StrictReader {
     EXPECT_EQ(footer.get<std::uint32_t>(), slow_crc(std::span(file_).subspan(start, end - start))) << "summary's CRC";
     EXPECT_TRUE(footer.done());
   }
-  void chunk_index(const Record& record, const Chunk& chunk) {
+  void chunk_index(const McapRecord& record, const Chunk& chunk) {
     ByteReader in(record.content);
     EXPECT_EQ(in.get<std::uint64_t>(), chunk.first);
     EXPECT_EQ(in.get<std::uint64_t>(), chunk.last);
@@ -234,7 +234,7 @@ class StrictReader {
     EXPECT_EQ(in.get<std::uint64_t>(), chunk.size);
     EXPECT_TRUE(in.done());
   }
-  void check_statistics(const Record& record, std::size_t) {
+  void check_statistics(const McapRecord& record, std::size_t) {
     ByteReader in(record.content);
     EXPECT_EQ(in.get<std::uint64_t>(), messages_.size());
     EXPECT_EQ(in.get<std::uint16_t>(), schema_records_.size());
@@ -283,7 +283,7 @@ TEST(Mcap, FilesOfNoneOneAndManyChunksAreAsSpecified) {
     const std::string filling(900, 'x');
     for (int i = 0; i < messages; ++i)
       ASSERT_TRUE(writer->write(i % 3 == 0 ? b : a, frame_time_from_ns(1'000'000 + (i ^ 1) * 1000),
-                                Json{{"i", i}, {"filling", filling}}.dump()));
+                                McapJson{{"i", i}, {"filling", filling}}.dump()));
     ASSERT_TRUE(writer->finish());
     EXPECT_EQ(writer->bytes(), std::filesystem::file_size(path));
     const StrictReader read(path);
@@ -348,18 +348,18 @@ TEST(Mcap, ARecordingHasPicturesPointsAndPosesOfFoxglovesSchemas) {
   const Message& image = *topics["/camera/image"][1];
   EXPECT_EQ(image.schema, "foxglove.CompressedImage");
   EXPECT_EQ(image.time, 1'600'000'000'033'333'333u);
-  EXPECT_EQ(image.json.at("timestamp"), (Json{{"sec", 1600000000}, {"nsec", 33333333}}));
+  EXPECT_EQ(image.json.at("timestamp"), (McapJson{{"sec", 1600000000}, {"nsec", 33333333}}));
   EXPECT_EQ(image.json.at("format"), "jpeg");
   const auto size = hal::imaging::image_size(from_base64(image.json.at("data")));
   ASSERT_TRUE(size);
   EXPECT_EQ(*size, (hal::imaging::ImageSize{64, 48}));
 
   ASSERT_EQ(topics["/camera/points"].size(), 1u);
-  const Json& cloud = topics["/camera/points"][0]->json;
+  const McapJson& cloud = topics["/camera/points"][0]->json;
   EXPECT_EQ(topics["/camera/points"][0]->schema, "foxglove.PointCloud");
   EXPECT_EQ(cloud.at("point_stride"), 16);
   EXPECT_EQ(cloud.at("fields").size(), 7u);
-  EXPECT_EQ(cloud.at("fields").at(3), (Json{{"name", "red"}, {"offset", 12}, {"type", 1}}));
+  EXPECT_EQ(cloud.at("fields").at(3), (McapJson{{"name", "red"}, {"offset", 12}, {"type", 1}}));
   const Bytes points = from_base64(cloud.at("data"));
   EXPECT_EQ(points.size(), 16u * 16 * 12) << "a room without holes";
   ByteReader in(points);
@@ -370,7 +370,7 @@ TEST(Mcap, ARecordingHasPicturesPointsAndPosesOfFoxglovesSchemas) {
   EXPECT_NEAR(y / z, -23.5f / 52.5f, 1e-5f);
 
   ASSERT_EQ(topics["/pose/odom"].size(), 2u);
-  EXPECT_EQ(topics["/pose/odom"][0]->json.at("pose").at("position"), (Json{{"x", 1.0}, {"y", 2.0}, {"z", 3.0}}));
+  EXPECT_EQ(topics["/pose/odom"][0]->json.at("pose").at("position"), (McapJson{{"x", 1.0}, {"y", 2.0}, {"z", 3.0}}));
   ASSERT_EQ(topics["/pose/map"].size(), 1u);
   EXPECT_EQ(topics["/pose/map"][0]->json.at("pose").at("position").at("x"), 11.0);
   ASSERT_EQ(topics["/tf"].size(), 3u);

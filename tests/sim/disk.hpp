@@ -12,9 +12,9 @@ using test::Random;
 
 // What a robot's records lie on, beyond the life of a process. A store is open at most once, and closed before a crash
 // is over.
-class Disk {
+class NodeDisk {
  public:
-  virtual ~Disk() = default;
+  virtual ~NodeDisk() = default;
   virtual std::unique_ptr<LogStore> open() = 0;
   // The power went: what was synced stays, and of the rest as much as chance leaves.
   virtual void crash(Random& random) = 0;
@@ -22,7 +22,7 @@ class Disk {
 };
 
 // No disk: records live in memory and die with the process, as onemapd's do until they are kept on a disk.
-class NoDisk final : public Disk {
+class NoDisk final : public NodeDisk {
  public:
   explicit NoDisk(std::size_t budget_bytes) : budget_bytes_(budget_bytes) {}
   std::unique_ptr<LogStore> open() override;
@@ -36,7 +36,7 @@ class NoDisk final : public Disk {
 // One file of records that is only ever appended to, each with its checksum. sync() makes durable what is there; a
 // crash cuts the rest anywhere, within a record, too, and may spoil what is left of it. Opening reads to the first
 // record that is not whole and cuts there.
-class JournalDisk final : public Disk {
+class JournalDisk final : public NodeDisk {
  public:
   explicit JournalDisk(std::size_t budget_bytes) : budget_bytes_(budget_bytes) {}
   std::unique_ptr<LogStore> open() override;

@@ -84,7 +84,7 @@ std::size_t SimNet::add(NodeConfig config, std::size_t store_bytes) {
   return add(std::move(config), std::make_unique<NoDisk>(store_bytes));
 }
 
-std::size_t SimNet::add(NodeConfig config, std::unique_ptr<Disk> disk) {
+std::size_t SimNet::add(NodeConfig config, std::unique_ptr<NodeDisk> disk) {
   const std::size_t i = robots_.size();
   Robot& robot = place(i);
   if (config.self == RobotId{}) config.self = numbered("robot", i);

@@ -49,7 +49,7 @@ class Witness {
 };
 
 struct Robot {
-  std::unique_ptr<Disk> disk;
+  std::unique_ptr<NodeDisk> disk;
   std::unique_ptr<LogStore> store;
   std::unique_ptr<Pins> pins = std::make_unique<Pins>();
   std::unique_ptr<Node> node;
@@ -91,7 +91,7 @@ class SimNet {
   // Robots of a graph; who is connected lists each other as peers.
   void add_team(std::size_t n, const std::vector<Edge>& edges, NodeConfig base = {});
   std::size_t add(NodeConfig config, std::size_t store_bytes = 64u << 20);
-  std::size_t add(NodeConfig config, std::unique_ptr<Disk> disk);
+  std::size_t add(NodeConfig config, std::unique_ptr<NodeDisk> disk);
   std::size_t add(std::unique_ptr<Guest> guest);
 
   // A new node on the store as it is, in the same life.

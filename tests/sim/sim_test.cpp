@@ -121,7 +121,7 @@ NodeConfig life(std::uint64_t incarnation) {
 }
 
 // A store that loses what it promised to keep: the simulator must see it, or its other answers are worth nothing.
-class Forgetful final : public Disk {
+class Forgetful final : public NodeDisk {
  public:
   std::unique_ptr<LogStore> open() override { return std::make_unique<MemoryStore>(1u << 20); }
   void crash(Random&) override {}

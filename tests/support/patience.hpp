@@ -9,6 +9,7 @@ inline constexpr int patience_with(std::string_view sanitizer) {
   if (sanitizer.empty()) return 1;
   return sanitizer == "thread" ? 15 : 6;
 }
+inline constexpr bool kSanitized = !std::string_view(ONEMAP_SANITIZE).empty();
 inline constexpr int kPatience = patience_with(ONEMAP_SANITIZE);
 
 }  // namespace onemap::test

@@ -35,6 +35,8 @@ inline std::uint16_t free_port() {
   throw std::runtime_error("no free port from 20000 on");
 }
 
+inline std::string at(std::uint16_t port) { return "127.0.0.1:" + std::to_string(port); }
+
 // One onemapd with a folder of its own below the test's.
 class Robot {
  public:

@@ -9,6 +9,7 @@
 namespace onemap {
 namespace {
 
+using test::at;
 using test::Robot;
 using test::TempFolder;
 using testing::HasSubstr;
@@ -17,7 +18,6 @@ using testing::Not;
 std::string camera(int robot, int frames) {
   return fmt::format("simulated:living-room?robot={}&robots=3&frames={}&seed=3", robot, frames);
 }
-std::string at(std::uint16_t port) { return fmt::format("127.0.0.1:{}", port); }
 
 std::filesystem::path settings(const TempFolder& folder, const std::string& toml) {
   folder.write("team.toml", toml);

@@ -14,13 +14,14 @@ namespace onemap {
 namespace {
 
 using namespace std::chrono_literals;
+using test::at;
+using test::kSanitized;
 using test::Robot;
 using test::TempFolder;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr bool kSanitized = !std::string_view(ONEMAP_SANITIZE).empty();
 constexpr const char* kSkipped = "sanitizers want to be loaded before anything else";
 
 // The wall clock says when something was; nothing waits by it.
@@ -93,7 +94,6 @@ struct Pair : testing::Test {
         fmt::format("simulated:living-room?seed=3&robots=5&frames=100000&width=320&height=240&robot={}", i + 1),
         {"--speed", "0.3", "--listen", at(ports[i]), "--peer", at(ports[1 - i]), "--config", folder / (id + ".toml")});
   }
-  static std::string at(std::uint16_t port) { return fmt::format("127.0.0.1:{}", port); }
   static bool agree(const Robot& a, const Robot& b) {
     const auto holds = [](const Robot& r) {
       return r.status("map_agreed", false) && r.status("robots_in_map", 0) == 2;

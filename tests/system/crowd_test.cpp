@@ -13,14 +13,13 @@ namespace {
 
 using namespace std::chrono_literals;
 using control::Json;
+using test::at;
+using test::kSanitized;
 using test::Robot;
 using test::TempFolder;
 using testing::HasSubstr;
 
 constexpr std::size_t kHundred = 100;
-constexpr bool kSanitized = !std::string_view(ONEMAP_SANITIZE).empty();
-
-std::string at(std::uint16_t port) { return fmt::format("127.0.0.1:{}", port); }
 
 // A robot of a room, with its control socket.
 struct Host {

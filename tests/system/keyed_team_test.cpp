@@ -10,11 +10,11 @@ namespace onemap {
 namespace {
 
 using namespace std::chrono_literals;
+using test::at;
 using test::TempFolder;
 using testing::HasSubstr;
 using testing::Not;
 
-std::string at(std::uint16_t port) { return "127.0.0.1:" + std::to_string(port); }
 constexpr const char* kWalk = "simulated:office?frames=100000&robots=2&robot=";
 
 TEST(KeyedTeam, ThreeRobotsEndWithOneDigest) {

@@ -20,7 +20,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr const char* kCamera = "simulated:living-room?robot=1&robots=3&frames=20&seed=3";
+constexpr const char* kShortWalk = "simulated:living-room?robot=1&robots=3&frames=20&seed=3";
 constexpr const char* kUsage = "--help says what there is";
 
 struct Ran {
@@ -35,7 +35,7 @@ Ran run(const TempFolder& folder, const std::string& program, const std::vector<
 
 // onemapd on a short stream, with more arguments.
 Ran once(const TempFolder& folder, const std::vector<std::string>& more, const std::string& out = "out",
-         const std::string& camera = kCamera) {
+         const std::string& camera = kShortWalk) {
   std::vector<std::string> arguments{"--camera", camera, "--once", "--speed", "max", "--out", folder / out};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return run(folder, "onemapd", arguments);
@@ -75,14 +75,14 @@ TEST(Programs, EvalJudgesAMapByTheSimulatedRoom) {
     return run(folder, "onemap-eval", {folder / "out/trajectory.txt", truth, "--surface", folder / map, "--json"});
   };
   for (const char* map : {"out/local.glb", "out/local.ply"}) {
-    const Ran good = judge(kCamera, map);
+    const Ran good = judge(kShortWalk, map);
     ASSERT_EQ(good.status, 0) << good.text;
     const auto surface = nlohmann::json::parse(good.text).at("surface");
     EXPECT_GT(surface.at("points").get<int>(), 10000);
     EXPECT_LT(surface.at("median").get<double>(), 0.006) << map;
     EXPECT_LT(surface.at("off").get<double>(), 0.05) << map;
   }
-  std::string other = kCamera;
+  std::string other = kShortWalk;
   other.replace(other.find("living-room"), 11, "storage");
   const Ran wrong = judge(other, "out/local.glb");
   EXPECT_TRUE(wrong.status != 0 || nlohmann::json::parse(wrong.text).at("surface").at("median").get<double>() > 0.02)
@@ -91,7 +91,7 @@ TEST(Programs, EvalJudgesAMapByTheSimulatedRoom) {
   const Ran recorded = judge(folder / "groundtruth.txt", "out/local.glb");
   EXPECT_EQ(recorded.status, 1);
   EXPECT_THAT(recorded.text, HasSubstr("known of simulated rooms only"));
-  EXPECT_THAT(judge(kCamera, "out/trajectory.txt").text, HasSubstr("neither a .ply nor a .glb"));
+  EXPECT_THAT(judge(kShortWalk, "out/trajectory.txt").text, HasSubstr("neither a .ply nor a .glb"));
 }
 
 TEST(Programs, TheExampleConfigurationIsOneThatWorks) {
@@ -172,7 +172,7 @@ TEST(Programs, AFolderThatTakesNoFilesIsSaidBeforeTheWork) {
       "unshare -m sh -c \"mount -t tmpfs -o ro none {0} || exit {1}; exec {2}/onemapd --camera '{3}' --once --out "
       "{0}\" "
       "2> {4} || exit $?",
-      out, kNoMount, ONEMAP_BIN_DIR, kCamera, folder / "e");
+      out, kNoMount, ONEMAP_BIN_DIR, kShortWalk, folder / "e");
   const int status = WEXITSTATUS(std::system(command.c_str()));
   const std::string said = test::text_of(folder / "e");
   if (status == kNoMount || said.find("unshare") != std::string::npos)
@@ -221,7 +221,7 @@ TEST(Programs, WorkWhereChildrenAreIgnored) {
   const TempFolder folder;
   const std::string command =
       fmt::format("bash -c \"trap '' CHLD; exec {}/onemapd --camera '{}' --once --speed max --out {}\" 2> {}",
-                  ONEMAP_BIN_DIR, kCamera, folder / "out", folder / "e");
+                  ONEMAP_BIN_DIR, kShortWalk, folder / "out", folder / "e");
   const int status = std::system(command.c_str());
   EXPECT_EQ(WEXITSTATUS(status), 0) << test::text_of(folder / "e");
 }

@@ -16,6 +16,7 @@ namespace onemap {
 namespace {
 
 using mapping::RecordKind;
+using test::at;
 using test::Robot;
 using test::Stranger;
 using test::TempFolder;
@@ -23,10 +24,9 @@ using testing::HasSubstr;
 using testing::Not;
 using namespace std::chrono_literals;
 
-constexpr const char* kCamera = "simulated:living-room?robot=1&robots=3&frames=60&seed=3";
+constexpr const char* kVictimsCamera = "simulated:living-room?robot=1&robots=3&frames=60&seed=3";
 constexpr const char* kLongCamera = "simulated:living-room?robot=1&robots=3&frames=100000&seed=3";
 
-std::string at(std::uint16_t port) { return fmt::format("127.0.0.1:{}", port); }
 std::uint16_t kind(RecordKind k) { return static_cast<std::uint16_t>(k); }
 
 mapping::TrajectoryRecord five_poses() {
@@ -73,7 +73,7 @@ struct Victim {
   TempFolder folder;
   std::uint16_t port = test::free_port();
   Robot robot;
-  explicit Victim(const std::string& camera = kCamera, const std::string& speed = "1")
+  explicit Victim(const std::string& camera = kVictimsCamera, const std::string& speed = "1")
       : robot(folder, "victim", camera, {"--speed", speed, "--listen", at(port)}) {
     EXPECT_TRUE(robot.says("listening at")) << robot.log();
   }
@@ -149,7 +149,7 @@ TEST(StrangerTest, ARecordInTheRobotsOwnNameDoesNotEraseIt) {
 TEST(StrangerTest, RobotsThatAreOnlyHeardOfKeepNobodyFromEnding) {
   TempFolder folder;
   const auto port = test::free_port();
-  Robot robot(folder, "victim", kCamera, {"--once", "--speed", "1", "--listen", at(port), "--linger", "1"});
+  Robot robot(folder, "victim", kVictimsCamera, {"--once", "--speed", "1", "--listen", at(port), "--linger", "1"});
   ASSERT_TRUE(robot.says("listening at"));
   Stranger stranger("gossip", port);
   stranger.talk(1s);
@@ -207,7 +207,7 @@ TEST(StrangerTest, AClockThatGoesBackBetweenTwoLivesDoesNotSplitTheTeam) {
       std::filesystem::remove(folder / "board/life");
       std::filesystem::remove_all(folder / "board/log");
     }
-    Robot board(folder, "board", kCamera, with(b, a));
+    Robot board(folder, "board", kVictimsCamera, with(b, a));
     EXPECT_TRUE(board.says("robot staying joined")) << board.log();
     EXPECT_TRUE(staying.says("robot board finished: ", 40s)) << staying.log() << board.log();
     if (!keeps_its_counter) {
