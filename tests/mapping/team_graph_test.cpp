@@ -166,6 +166,30 @@ TEST_F(TeamGraphTest, RobotsThatWalkOnAfterTheyWereLinkedStayTogether) {
   EXPECT_EQ(solve().robots.size(), 1u) << "all was looked at, and much would lie side by side without a link";
 }
 
+// What was known when it was verified is counted in records of the log, and some of these only say where an earlier
+// keyframe was that is seen no more.
+TEST_F(TeamGraphTest, WhatALinkKnewIsCountedInRecordsAndNotInKeyframes) {
+  Author a = walker("a", 6);
+  for (const std::uint32_t gone : {1u, 2u, 3u}) {
+    KeyframeRecord place;
+    place.index = place.anchor = gone;
+    place.T_robot_keyframe.t_10um[0] = static_cast<std::int32_t>(50'000 * gone);
+    a.replacing(gone).write(Lane::features, RecordKind::keyframe, place);
+  }
+  KeyframeRecord later;
+  later.index = later.anchor = 6;
+  a.write(Lane::features, RecordKind::keyframe, later);
+  LinkRecord link = link_of("a", "b", 80);
+  link.keyframes_a = 9;  // six, and three places: the seventh keyframe came later
+  link.keyframes_b = 3;
+  a.link(link);
+  take(a);
+  take(test::small_robot("b"));
+  const PoseGraph graph = team_graph(log, log.chains());
+  ASSERT_FALSE(graph.links().empty());
+  for (const auto& [id, pair] : graph.links()) EXPECT_EQ(pair.known_a, 5u);
+}
+
 // What links claim of keyframes that nobody has, or that hang on no anchor, changes nothing.
 TEST_F(TeamGraphTest, LinksOfUnknownKeyframesAreLeftOut) {
   Author a = test::small_robot("a"), b = test::small_robot("b");
