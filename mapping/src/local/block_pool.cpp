@@ -6,7 +6,7 @@ namespace onemap::mapping {
 
 BlockPool::BlockPool(std::size_t blocks, bool resident) {
   voxels_.resize(blocks * kBlockVoxels);
-  if (resident) std::fill(voxels_.begin(), voxels_.end(), Voxel{});
+  if (resident) make_resident(voxels_);
   dirty_.resize(blocks);
   free_.resize(blocks);
   for (std::size_t i = 0; i < blocks; ++i) free_[i] = static_cast<std::int32_t>(blocks - 1 - i);

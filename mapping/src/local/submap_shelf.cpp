@@ -54,7 +54,9 @@ Voxel get_voxel(ByteReader& in) {
 
 }  // namespace
 
-SubmapShelf::SubmapShelf(std::size_t budget_bytes) : ring_(budget_bytes), entries_(kMostEntries) {}
+SubmapShelf::SubmapShelf(std::size_t budget_bytes) : ring_(budget_bytes), entries_(kMostEntries) {
+  make_resident(ring_);
+}
 
 std::optional<std::size_t> SubmapShelf::find(std::uint32_t anchor) const {
   for (std::size_t i = 0; i < count_; ++i)

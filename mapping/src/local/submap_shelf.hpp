@@ -6,6 +6,7 @@
 
 #include "mapping/local/submap_anchor.hpp"
 #include "mapping/local/voxel_map.hpp"
+#include "mapping/local/zeroed_allocator.hpp"
 
 namespace onemap::mapping {
 
@@ -40,7 +41,7 @@ class SubmapShelf {
   void drop_oldest();
   void restore(const Entry& entry, VoxelMap& into) const;
 
-  std::vector<std::uint8_t> ring_;
+  std::vector<std::uint8_t, ZeroedAllocator<std::uint8_t>> ring_;
   std::vector<Entry> entries_;  // a ring, too: count_ from first_, in order of arrival
   std::size_t first_ = 0, count_ = 0;
   std::size_t end_ = 0;  // behind the youngest

@@ -1,8 +1,12 @@
 #pragma once
+#include <algorithm>
 #include <cstdlib>
 #include <new>
 #include <type_traits>
 #include <utility>
+#include <vector>
+
+#include "hal/base/large_pages.hpp"
 
 namespace onemap::mapping {
 
@@ -29,5 +33,12 @@ struct ZeroedAllocator {
   }
   bool operator==(const ZeroedAllocator&) const { return true; }
 };
+
+// Every page of a new array is given now, and none later.
+template <class T>
+void make_resident(std::vector<T, ZeroedAllocator<T>>& array) {
+  want_large_pages(array.data(), array.size() * sizeof(T));
+  std::fill(array.begin(), array.end(), T{});
+}
 
 }  // namespace onemap::mapping

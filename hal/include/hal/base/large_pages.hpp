@@ -1,0 +1,10 @@
+#pragma once
+#include <cstddef>
+
+namespace onemap {
+
+// Before memory that is wanted as a whole is first written: the system is asked for large pages, so that it need not be
+// asked for each small one. A wish; without it the memory is the same.
+void want_large_pages(void* memory, std::size_t bytes);
+
+}  // namespace onemap
