@@ -35,8 +35,7 @@ Status App::open_rest() {
   open_kept_map();
   if (auto status = open_team(); !status) return status;
   capture_ = std::make_unique<Capture>(*camera_, config_.speed, failures_, log_);
-  recorder_ = std::make_unique<Recorder>(recorder_config(config_), camera_->intrinsics(), camera_->description(),
-                                         truth_of(config_.camera), log_);
+  recorder_ = std::make_unique<Recorder>(recorder_config(config_), recorded(*camera_), truth_of(config_.camera), log_);
   snapshots_ = std::make_unique<Snapshots>(config_, take_from(*team_), failures_, log_);
   map_keeper_ = std::make_unique<MapKeeper>(*kept_map_, settled_map_of(*team_, config_.id), failures_, log_);
   if (auto status = open_poses(); !status) return status;
@@ -49,8 +48,7 @@ Status App::open_rest() {
     hello.ends_life_of = frames;
     radio_->publish(std::move(hello));
   };
-  pipeline_ = std::make_unique<Pipeline>(config_, camera_->intrinsics(), capture_->frames(), std::move(outbox),
-                                         failures_, log_);
+  pipeline_ = std::make_unique<Pipeline>(config_, *camera_, capture_->frames(), std::move(outbox), failures_, log_);
   return success();
 }
 

@@ -19,10 +19,11 @@ constexpr auto kStuckAfter = std::chrono::seconds(10);  // a frame, or one piece
 
 }  // namespace
 
-Pipeline::Pipeline(const Config& config, const hal::Intrinsics& intrinsics, BlockingQueue<hal::Frame>& frames,
+Pipeline::Pipeline(const Config& config, const hal::DepthCamera& camera, BlockingQueue<hal::Frame>& frames,
                    Outbox outbox, Failures& failures, Log& log)
     : config_(config),
-      intrinsics_(intrinsics),
+      intrinsics_(camera.intrinsics()),
+      noise_(camera.depth_noise()),
       frames_(frames),
       failures_(failures),
       log_(log),
@@ -52,7 +53,7 @@ PipelineProgress Pipeline::progress() const { return {frames_done_, tracked_, ke
 
 void Pipeline::make_mapper() {
   mapper_.reset();  // its memory first
-  mapper_ = std::make_unique<mapping::LocalMapper>(config_.mapper, intrinsics_);
+  mapper_ = std::make_unique<mapping::LocalMapper>(config_.mapper, intrinsics_, noise_);
   mapper_->set_step_hook(
       {[](void* times, mapping::Step step) { static_cast<StepTimes*>(times)->begin(step, thread_cpu_time()); },
        &times_});

@@ -35,9 +35,8 @@ std::string next_recording(const std::string& out) {
       return folder;
 }
 
-Recorder::Recorder(const RecorderConfig& config, const hal::Intrinsics& intrinsics, std::string camera, TruthLine truth,
-                   Log& log)
-    : config_(config), intrinsics_(intrinsics), camera_(std::move(camera)), truth_(std::move(truth)), log_(log) {}
+Recorder::Recorder(const RecorderConfig& config, RecordedCamera camera, TruthLine truth, Log& log)
+    : config_(config), camera_(std::move(camera)), truth_(std::move(truth)), log_(log) {}
 
 Recorder::~Recorder() { stop(); }
 
@@ -50,7 +49,7 @@ Status Recorder::start(const std::string& folder) {
   if (const std::uint64_t left = free_bytes(folder); left < least)
     return Error{folder, fmt::format("{:.0f} MB are free on the disk, fewer than record.least_free_mb = {:.0f}",
                                      megabytes(left), megabytes(least))};
-  auto session = std::make_shared<Session>(folder, intrinsics_);
+  auto session = std::make_shared<Session>(folder, camera_.intrinsics);
   if (auto opened = open(*session); !opened) return opened;
   std::shared_ptr<Session> last;  // its thread is joined without the lock
   {
@@ -67,7 +66,7 @@ Status Recorder::start(const std::string& folder) {
 
 Status Recorder::open(Session& session) const {
   if (config_.tum) {
-    auto writer = RecordingWriter::open(session.folder, intrinsics_, camera_, truth_);
+    auto writer = RecordingWriter::open(session.folder, camera_, truth_);
     if (!writer) return writer.error();
     session.tum.emplace(std::move(*writer));
   }

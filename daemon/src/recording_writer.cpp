@@ -27,10 +27,14 @@ std::string time_text(FrameTime time) {
   return fmt::format("{}.{:09}", ns / 1'000'000'000, ns % 1'000'000'000);
 }
 
-std::string calibration_text(const hal::Intrinsics& k, const std::string& camera) {
-  return fmt::format("# {}\nfx {}\nfy {}\ncx {}\ncy {}\nk1 {}\nk2 {}\np1 {}\np2 {}\nk3 {}\ndepth_scale {}\n",
-                     printable(camera), k.fx, k.fy, k.cx, k.cy, k.k1, k.k2, k.p1, k.p2, k.k3,
-                     RecordingWriter::kDepthScale);
+std::string calibration_text(const RecordedCamera& camera) {
+  const hal::Intrinsics& k = camera.intrinsics;
+  const hal::DepthNoise& noise = camera.noise;
+  return fmt::format(
+      "# {}\nfx {}\nfy {}\ncx {}\ncy {}\nk1 {}\nk2 {}\np1 {}\np2 {}\nk3 {}\ndepth_scale {}\n"
+      "noise_least_m {}\nnoise_growth_per_m {}\nnoise_best_m {}\n",
+      printable(camera.description), k.fx, k.fy, k.cx, k.cy, k.k1, k.k2, k.p1, k.p2, k.k3, RecordingWriter::kDepthScale,
+      noise.least_m, noise.growth_per_m, noise.best_m);
 }
 
 Error failed(const std::string& path, const char* what, int code) {
@@ -68,14 +72,19 @@ RecordingWriter::~RecordingWriter() {
     if (list >= 0) ::close(list);
 }
 
-Result<RecordingWriter> RecordingWriter::open(const std::string& folder, const hal::Intrinsics& intrinsics,
-                                              const std::string& camera, TruthLine truth) {
+RecordedCamera recorded(const hal::DepthCamera& camera) {
+  return {camera.intrinsics(), camera.depth_noise(), camera.description()};
+}
+
+Result<RecordingWriter> RecordingWriter::open(const std::string& folder, const RecordedCamera& camera,
+                                              TruthLine truth) {
   RecordingWriter writer(folder, std::move(truth));
-  if (auto begun = writer.begin(intrinsics, camera); !begun) return begun.error();
+  if (auto begun = writer.begin(camera); !begun) return begun.error();
   return Result<RecordingWriter>(std::move(writer));
 }
 
-Status RecordingWriter::begin(const hal::Intrinsics& intrinsics, const std::string& camera) {
+Status RecordingWriter::begin(const RecordedCamera& camera) {
+  const hal::Intrinsics& intrinsics = camera.intrinsics;
   for (const char* below : {"/rgb", "/depth"})
     if (auto made = make_folder(folder_ + below); !made) return made.error();
   // The first list is the one that says whose folder this is.
@@ -87,7 +96,7 @@ Status RecordingWriter::begin(const hal::Intrinsics& intrinsics, const std::stri
     if (auto begun = begin_list(truth_list_, "groundtruth.txt", "# timestamp tx ty tz qx qy qz qw\n"); !begun)
       return begun;
   depth_.reserve(static_cast<std::size_t>(intrinsics.width) * static_cast<std::size_t>(intrinsics.height));
-  return write_text_file(folder_ + "/calibration.txt", calibration_text(intrinsics, camera));
+  return write_text_file(folder_ + "/calibration.txt", calibration_text(camera));
 }
 
 Status RecordingWriter::begin_list(int& list, const std::string& name, const std::string& head) {

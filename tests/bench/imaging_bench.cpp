@@ -75,7 +75,8 @@ void mjpeg(benchmark::State& state) {
   const std::vector<std::uint8_t> file = jpeg_of(in);
   std::vector<std::uint8_t> rgb(in.rgb.size());
   for ([[maybe_unused]] auto _ : state) {
-    if (!imaging::decode_color(file, {in.k.width, in.k.height}, rgb)) state.SkipWithError("not decoded");
+    if (!imaging::decode_color(file, {in.k.width, in.k.height}, rgb, imaging::Chroma::plain))
+      state.SkipWithError("not decoded");
     benchmark::DoNotOptimize(rgb.data());
   }
   count(state);

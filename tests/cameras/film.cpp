@@ -68,7 +68,7 @@ Film Film::load(const std::string& file) {
   return film;
 }
 
-bool Projector::advance(bool wanted, Moment now) {
+bool FilmProjector::advance(bool wanted, Moment now) {
   constexpr auto kBeforeTheFirst = std::chrono::milliseconds(1500);  // as real ones; a robot that starts takes its time
   if (!wanted) running_ = false;
   if (!wanted || next_ >= pictures_) return false;
@@ -78,12 +78,13 @@ bool Projector::advance(bool wanted, Moment now) {
   }
   if (now < due_) return false;
   due_ += kInterval;
+  stamp_ = std::chrono::steady_clock::now().time_since_epoch();
   const auto day = std::chrono::system_clock::now().time_since_epoch();
   fmt::print("picture {} {:.6f}\n", next_++, std::chrono::duration<double>(day).count());
   std::fflush(stdout);
   return true;
 }
 
-Moment Projector::next() const { return running_ ? due_ : Moment::max(); }
+Moment FilmProjector::next() const { return running_ ? due_ : Moment::max(); }
 
 }  // namespace onemap::test

@@ -32,24 +32,37 @@ class Film {
   std::vector<Picture> pictures_;
 };
 
-// Which picture of a film is to be seen. It goes on while both streams are wanted, and stands still otherwise.
+// Which picture of a film is to be seen.
 class Projector {
  public:
-  static constexpr auto kInterval = std::chrono::nanoseconds(1'000'000'000 / 30);
-  explicit Projector(std::size_t pictures) : pictures_(pictures) {}
+  virtual ~Projector() = default;
+  virtual bool advance(bool wanted, Moment now) = 0;  // true: a new one is due, number()
+  virtual std::size_t number() const = 0;
+  virtual std::chrono::nanoseconds stamp() const = 0;  // of number(), by the camera's clock
+  virtual Moment since() const = 0;                    // when number() was due
+  virtual Moment next() const = 0;
+  virtual void stop() = 0;  // the camera was pulled out
+};
 
-  // True: a new one is due, number(). Says it on stdout, with the time of day.
-  bool advance(bool wanted, Moment now);
-  std::size_t number() const { return next_ - 1; }
+// 30 pictures a second, once. It goes on while both streams are wanted, and stands still otherwise.
+class FilmProjector final : public Projector {
+ public:
+  static constexpr auto kInterval = std::chrono::nanoseconds(1'000'000'000 / 30);
+  explicit FilmProjector(std::size_t pictures) : pictures_(pictures) {}
+
+  bool advance(bool wanted, Moment now) override;  // says it on stdout, with the time of day
+  std::size_t number() const override { return next_ - 1; }
   std::size_t shown() const { return next_; }
-  Moment since() const { return due_ - kInterval; }  // when number() was due
-  Moment next() const;
-  void stop() { running_ = false; }
+  std::chrono::nanoseconds stamp() const override { return stamp_; }
+  Moment since() const override { return due_ - kInterval; }
+  Moment next() const override;
+  void stop() override { running_ = false; }
 
  private:
   std::size_t pictures_, next_ = 0;
   bool running_ = false;
   Moment due_{};
+  std::chrono::nanoseconds stamp_{};
 };
 
 }  // namespace onemap::test

@@ -1,7 +1,6 @@
 #include "kinect_device.hpp"
 
 #include <fmt/format.h>
-#include <time.h>
 
 #include <algorithm>
 #include <cmath>
@@ -35,12 +34,10 @@ unsigned word(std::span<const std::uint8_t> bytes, std::size_t at) {
 
 void put_float(Bytes& into, std::size_t at, float value) { std::memcpy(&into[at], &value, sizeof value); }
 
-// The device's clock of 60 MHz goes with the machine's.
-std::uint32_t ticks_now() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return static_cast<std::uint32_t>(static_cast<std::uint64_t>(now.tv_sec) * 60'000'000 +
-                                    static_cast<std::uint64_t>(now.tv_nsec) * 6 / 100);
+// A clock of 60 MHz that turns over.
+std::uint32_t ticks_of(std::chrono::nanoseconds stamp) {
+  const auto ns = static_cast<std::uint64_t>(stamp.count());
+  return static_cast<std::uint32_t>(ns / 50 * 3 + ns % 50 * 3 / 50);
 }
 
 // Green red, blue green.
@@ -97,7 +94,8 @@ Bytes disparities_of(const hal::FrameView& frame) {
 
 }  // namespace
 
-KinectDevice::KinectDevice(const Film& film, Projector& projector) : film_(film), projector_(projector) {
+KinectDevice::KinectDevice(const Film& film, Projector& projector, std::string serial)
+    : film_(film), projector_(projector), serial_(std::move(serial)) {
   if (film.width() != kWidth || film.height() != kHeight) throw std::runtime_error("a Kinect's film has 640x480");
 }
 
@@ -115,7 +113,7 @@ Bytes KinectDevice::configuration(UsbPort::Speed) const {
 }
 
 std::string KinectDevice::text(int index) const {
-  return index == 1 ? "Microsoft" : index == 2 ? "Xbox NUI Camera" : index == 3 ? "A00VM00000000001" : "";
+  return index == 1 ? "Microsoft" : index == 2 ? "Xbox NUI Camera" : index == 3 ? serial_ : "";
 }
 
 std::optional<Bytes> KinectDevice::control(const Setup& setup, std::span<const std::uint8_t> out) {
@@ -220,7 +218,7 @@ void KinectDevice::send(Stream& stream, Moment now, UsbPort& port) {
 
 void KinectDevice::step(Moment now, UsbPort& port) {
   if (projector_.advance(depth_.wanted && colour_.wanted, now)) {
-    ticks_ = ticks_now();
+    ticks_ = ticks_of(projector_.stamp());
     const Film::Picture& picture = film_.pictures()[projector_.number()];
     load(depth_, picture.depth);
     load(colour_, picture.colour);

@@ -9,7 +9,7 @@ namespace onemap::test {
 // lens of its own, which is where the factory's numbers put it, so that libfreenect's registration has work to do.
 class KinectDevice final : public UsbDevice {
  public:
-  KinectDevice(const Film& film, Projector& projector);
+  KinectDevice(const Film& film, Projector& projector, std::string serial = "A00VM00000000001");
   static Film::Picture develop(const hal::FrameView& frame);  // what a film for it holds; 640x480
 
   void step(Moment now, UsbPort& port) override;
@@ -42,6 +42,7 @@ class KinectDevice final : public UsbDevice {
 
   const Film& film_;
   Projector& projector_;
+  const std::string serial_;
   Stream colour_{.endpoint = 1, .flag = 0x80, .packet_bytes = 1920 - 12};
   Stream depth_{.endpoint = 2, .flag = 0x70, .packet_bytes = 1760 - 12};
   Bytes reply_;

@@ -38,6 +38,12 @@ void UsbDevice::plug(UsbPort& port) {
   port.plug();
 }
 
+Bytes UsbDevice::descriptors(UsbPort::Speed speed) const {
+  Bytes out = device_descriptor(speed);
+  append(out, configuration(speed));
+  return out;
+}
+
 void UsbDevice::handle(const UsbPort::Request& request, UsbPort& port) {
   if (!request.urb) return take_back(request, port);
   if (request.urb->endpoint == 0) return answer_control(*request.urb, port);

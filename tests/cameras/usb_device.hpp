@@ -31,6 +31,8 @@ class UsbDevice {
   void handle(const UsbPort::Request& request, UsbPort& port);
   virtual void step(Moment now, UsbPort& port) = 0;
   virtual Moment next_step() const = 0;
+  // As sysfs has them: the device's and its configuration's.
+  Bytes descriptors(UsbPort::Speed speed) const;
 
  protected:
   virtual Bytes device_descriptor(UsbPort::Speed speed) const = 0;

@@ -35,15 +35,15 @@ struct PacketHeader {
 
 }  // namespace
 
-void UsbPort::plug() {
+void VhciPort::plug() {
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_STREAM, 0, ends) != 0) throw std::runtime_error("socketpair");
   socket_ = ends[0];
-  const int port = speed_ == Speed::super ? kSuperPorts + number_ : number_;
+  const int port = speed() == Speed::super ? kSuperPorts + number_ : number_;
   // The port may still be busy with saying goodbye to what was there.
   for (int tries = 0;; ++tries) {
     std::ofstream attach(kAttach);
-    attach << fmt::format("{} {} {} {}", port, ends[1], 1 + number_, static_cast<int>(speed_)) << std::flush;
+    attach << fmt::format("{} {} {} {}", port, ends[1], 1 + number_, static_cast<int>(speed())) << std::flush;
     if (attach.good()) break;
     if (tries == 100) throw std::runtime_error(std::string(kAttach) + " refuses");
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -51,13 +51,13 @@ void UsbPort::plug() {
   close(ends[1]);  // the kernel keeps it
 }
 
-void UsbPort::unplug() {
+void VhciPort::unplug() {
   if (socket_ < 0) return;
   shutdown(socket_, SHUT_RDWR);
   close(std::exchange(socket_, -1));
 }
 
-bool UsbPort::read_all(void* into, std::size_t bytes) {
+bool VhciPort::read_all(void* into, std::size_t bytes) {
   auto* to = static_cast<std::uint8_t*>(into);
   while (bytes > 0) {
     const ssize_t got = read(socket_, to, bytes);
@@ -69,7 +69,7 @@ bool UsbPort::read_all(void* into, std::size_t bytes) {
   return true;
 }
 
-void UsbPort::write_all(const void* from, std::size_t bytes) {
+void VhciPort::write_all(const void* from, std::size_t bytes) {
   const auto* of = static_cast<const std::uint8_t*>(from);
   while (bytes > 0) {
     const ssize_t put = send(socket_, of, bytes, MSG_NOSIGNAL);
@@ -80,7 +80,7 @@ void UsbPort::write_all(const void* from, std::size_t bytes) {
   }
 }
 
-std::optional<UsbPort::Request> UsbPort::wait(int timeout_ms) {
+std::optional<VhciPort::Request> VhciPort::wait(int timeout_ms) {
   pollfd file{socket_, POLLIN, 0};
   if (poll(&file, 1, timeout_ms) <= 0) return std::nullopt;
   Header header{};
@@ -114,7 +114,7 @@ std::optional<UsbPort::Request> UsbPort::wait(int timeout_ms) {
   return request;
 }
 
-void UsbPort::answer_header(const Urb& urb, std::int32_t status, std::uint32_t bytes) {
+void VhciPort::answer_header(const Urb& urb, std::int32_t status, std::uint32_t bytes) {
   Header header{};
   header.command = htonl(kAnswered);
   header.number = htonl(urb.number);
@@ -124,14 +124,14 @@ void UsbPort::answer_header(const Urb& urb, std::int32_t status, std::uint32_t b
   write_all(&header, sizeof header);
 }
 
-void UsbPort::answer(const Urb& urb, std::span<const std::uint8_t> data) {
+void VhciPort::answer(const Urb& urb, std::span<const std::uint8_t> data) {
   const std::size_t bytes = urb.in ? std::min<std::size_t>(data.size(), urb.length) : urb.length;
   answer_header(urb, 0, static_cast<std::uint32_t>(bytes));
   if (urb.in) write_all(data.data(), bytes);
 }
 
 // The data of all packets without what they lack, then the packets' headers.
-void UsbPort::answer_packets(const Urb& urb, std::span<const std::vector<std::uint8_t>> packets) {
+void VhciPort::answer_packets(const Urb& urb, std::span<const std::vector<std::uint8_t>> packets) {
   std::vector<std::uint8_t> data;
   std::vector<PacketHeader> headers;
   for (std::size_t i = 0; i < urb.packets.size(); ++i) {
@@ -145,9 +145,9 @@ void UsbPort::answer_packets(const Urb& urb, std::span<const std::vector<std::ui
   write_all(headers.data(), headers.size() * sizeof(PacketHeader));
 }
 
-void UsbPort::refuse(const Urb& urb) { answer_header(urb, -EPIPE, 0); }
+void VhciPort::refuse(const Urb& urb) { answer_header(urb, -EPIPE, 0); }
 
-void UsbPort::give_back(const Request& request, bool was_waiting) {
+void VhciPort::give_back(const Request& request, bool was_waiting) {
   Header header{};
   header.command = htonl(kUnlinked);
   header.number = htonl(request.number);

@@ -38,15 +38,15 @@ void shoot(const std::string& kind, const std::string& room, const std::string& 
 void run(const Wish& wish) {
   const bool kinect = wish.kind.starts_with("kinect"), slow = wish.kind.ends_with("-slow");
   const Film film = Film::load(wish.film);
-  Projector projector(film.pictures().size());
+  FilmProjector projector(film.pictures().size());
   std::unique_ptr<UsbDevice> device;
   if (kinect)
     device = std::make_unique<KinectDevice>(film, projector);
   else
     device = std::make_unique<UvcDevice>(film, projector);
-  UsbPort port(kinect ? (slow ? UsbPort::Speed::full : UsbPort::Speed::high)
-                      : (slow ? UsbPort::Speed::high : UsbPort::Speed::super),
-               0);
+  VhciPort port(kinect ? (slow ? UsbPort::Speed::full : UsbPort::Speed::high)
+                       : (slow ? UsbPort::Speed::high : UsbPort::Speed::super),
+                0);
   setpriority(PRIO_PROCESS, 0, -10);  // a camera does not wait for the robot's processor
   device->plug(port);
   say("plugged in");

@@ -66,7 +66,7 @@ TEST(Recorder, ARecordedWalkPlaysAsItWas) {
   for (const std::string options : {"", "&depth_late_ms=7", "&noise=none"}) {
     const std::string place = folder / ("walk" + options);
     auto camera = open(kWalk + options);
-    Recorder recorder(every_frame(), camera->intrinsics(), camera->description(), truth_of(kWalk + options), log);
+    Recorder recorder(every_frame(), recorded(*camera), truth_of(kWalk + options), log);
     ASSERT_TRUE(recorder.start(place));
     const auto walked = frames_of(*camera, [&](const hal::FrameView& frame) { recorder.offer(frame); });
     const RecorderView view = recorder.stop();
@@ -93,10 +93,13 @@ TEST(Recorder, DepthOfAnotherScaleIsWrittenInTheLayoutsOwn) {
   std::ranges::fill(frame.rgb(), std::uint8_t{9});
   const std::uint16_t values[] = {0, 1, 13107, 13108};  // the last is farther than the file can say
   std::ranges::copy(values, frame.depth().begin());
-  auto writer = RecordingWriter::open(folder / "r", k, "four pixels");
+  const hal::DepthNoise noise{0.002, 0.01 / 3, 0.25};
+  auto writer = RecordingWriter::open(folder / "r", {k, noise, "four pixels"});
   ASSERT_TRUE(writer) << writer.error().text();
   ASSERT_TRUE(writer->write(frame.view()));
-  const auto played = frames_of(*open("replay:" + folder / "r"));
+  const auto replay = open("replay:" + folder / "r");
+  EXPECT_EQ(replay->depth_noise(), noise) << "to the last bit: the map is the same again";
+  const auto played = frames_of(*replay);
   ASSERT_EQ(played.size(), 1u);
   EXPECT_THAT(played[0].values, testing::ElementsAre(0, 5, 65535, 0));
 }
@@ -105,7 +108,7 @@ TEST(Recorder, NothingIsWrittenOverAndOneRecordingRunsAtATime) {
   const TempFolder folder;
   auto camera = open(kWalk);
   Log log("robot");
-  Recorder recorder(every_frame(), camera->intrinsics(), "a walk", {}, log);
+  Recorder recorder(every_frame(), recorded(*camera), {}, log);
   ASSERT_TRUE(recorder.start(folder / "a"));
   EXPECT_TRUE(recorder.view().recording);
   EXPECT_THAT(recorder.start(folder / "b").error().text(), HasSubstr("is running, in " + folder / "a"));
@@ -125,7 +128,7 @@ TEST(Recorder, ALimitEndsItAndSaysSo) {
   RecorderConfig config = every_frame();
   config.limit_bytes = 100'000;  // two frames or three
   testing::internal::CaptureStderr();
-  Recorder recorder(config, camera->intrinsics(), "a walk", {}, log);
+  Recorder recorder(config, recorded(*camera), {}, log);
   ASSERT_TRUE(recorder.start(folder / "r"));
   frames_of(*camera, [&](const hal::FrameView& frame) { recorder.offer(frame); });
   const RecorderView view = recorder.stop();
@@ -138,7 +141,7 @@ TEST(Recorder, ALimitEndsItAndSaysSo) {
 
   config = every_frame();
   config.least_free_bytes = std::uint64_t{1} << 60;
-  Recorder greedy(config, camera->intrinsics(), "a walk", {}, log);
+  Recorder greedy(config, recorded(*camera), {}, log);
   EXPECT_THAT(greedy.start(folder / "s").error().text(), HasSubstr("fewer than record.least_free_mb"));
 }
 
@@ -146,7 +149,7 @@ TEST(Recorder, ADiskThatTakesNoMoreEndsItAndTheRestPlays) {
   const TempFolder folder;
   auto camera = open(kWalk);
   Log log("robot");
-  Recorder recorder(every_frame(), camera->intrinsics(), "a walk", {}, log);
+  Recorder recorder(every_frame(), recorded(*camera), {}, log);
   ASSERT_TRUE(recorder.start(folder / "r"));
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
@@ -181,7 +184,7 @@ TEST(Recorder, FramesThatDoNotFitAreDroppedCountedAndSaid) {
     const std::lock_guard lock(slow);
     return std::optional<std::string>("0 0 0 0 0 0 1");
   };
-  Recorder recorder(config, camera->intrinsics(), "a walk", truth, log);
+  Recorder recorder(config, recorded(*camera), truth, log);
   ASSERT_TRUE(recorder.start(folder / "r"));
   testing::internal::CaptureStderr();
   {
@@ -202,7 +205,7 @@ TEST(Recorder, BothFormatsAreWrittenBesideEachOther) {
   Log log("robot");
   RecorderConfig config = every_frame();
   config.mcap = true;
-  Recorder recorder(config, camera->intrinsics(), "a walk", {}, log);
+  Recorder recorder(config, recorded(*camera), {}, log);
   ASSERT_TRUE(recorder.start(folder / "both"));
   frames_of(*camera, [&](const hal::FrameView& frame) {
     recorder.offer(frame);
@@ -215,7 +218,7 @@ TEST(Recorder, BothFormatsAreWrittenBesideEachOther) {
   EXPECT_THAT(mcap, HasSubstr("/pose/odom")) << "in the summary";
 
   config.tum = false;
-  Recorder only(config, camera->intrinsics(), "a walk", {}, log);
+  Recorder only(config, recorded(*camera), {}, log);
   ASSERT_TRUE(only.start(folder / "mcap"));
   only.stop();
   EXPECT_FALSE(std::filesystem::exists(folder / "mcap/rgb.txt"));
@@ -228,7 +231,7 @@ TEST(Recorder, WhatAKilledProcessLeavesPlays) {
   const pid_t child = fork();
   if (child == 0) {
     auto camera = open("simulated:living-room?frames=100000&seed=5&width=160&height=120");
-    auto writer = RecordingWriter::open(folder / "r", camera->intrinsics(), "a walk");
+    auto writer = RecordingWriter::open(folder / "r", recorded(*camera));
     hal::FramePool pool(camera->intrinsics(), 1);
     hal::Frame frame = pool.acquire();
     while (writer && camera->grab(frame, std::chrono::seconds(1)) == hal::Grab::frame && writer->write(frame.view())) {

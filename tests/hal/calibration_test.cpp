@@ -40,13 +40,27 @@ TEST(CalibrationFile, ErrorsCarryFileAndLine) {
                                                        {"p2 -1e300", "c:1: p2: -1e300 is not within"},
                                                        {"k3 nan", "c:1: k3: 'nan'"},
                                                        {"depth_scale 0", "c:1: depth_scale: 0 is not within 100 to"},
-                                                       {"depth_scale -1", "c:1: depth_scale: -1 is not within"}};
+                                                       {"depth_scale -1", "c:1: depth_scale: -1 is not within"},
+                                                       {"noise_least_m 0", "c:1: noise_least_m: 0 is not within"},
+                                                       {"noise_growth_per_m -1", "noise_growth_per_m: -1 is not"},
+                                                       {"noise_best_m nan", "c:1: noise_best_m: 'nan'"}};
   for (const auto& [text, expected] : cases) {
     Calibration calibration;
     const Status status = calibration.parse(text, "c");
     ASSERT_FALSE(status.ok()) << text;
     EXPECT_THAT(status.error().text(), HasSubstr(expected));
   }
+}
+
+TEST(CalibrationFile, TheNoiseOfDepthNeedsNoLens) {
+  Calibration calibration;
+  EXPECT_EQ(calibration.noise(), DepthNoise{});
+  ASSERT_TRUE(calibration.parse("noise_growth_per_m 0.004\nnoise_best_m 0.2", "c").ok());
+  EXPECT_EQ(calibration.noise(), (DepthNoise{0.0012, 0.004, 0.2}));
+  EXPECT_FALSE(calibration.has_lens());
+  ASSERT_TRUE(calibration.parse("fx 500\nnoise_least_m 0.002", "d").ok());
+  EXPECT_EQ(calibration.noise(), (DepthNoise{0.002, 0.004, 0.2}));
+  EXPECT_TRUE(calibration.has_lens());
 }
 
 TEST(CalibrationFile, NamesWhatIsMissing) {

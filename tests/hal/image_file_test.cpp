@@ -105,6 +105,21 @@ TEST(ImageFile, JpegIsNearThePicture) {
   for (std::size_t i = 0; i < smooth.size(); ++i) ASSERT_NEAR(decoded[i], smooth[i], 12) << "byte " << i;
 }
 
+TEST(ImageFile, PlainChromaIsNearSmoothChromaAndHasItsLuma) {
+  const auto size = ImageSize{40, 30};
+  const Bytes jpeg = test::encode_jpeg(40, 30, 3, test::picture(40, 30, 5));
+  Bytes smooth(3 * kPixels), plain(3 * kPixels);
+  ASSERT_TRUE(decode_color(jpeg, size, smooth).ok());
+  ASSERT_TRUE(decode_color(jpeg, size, plain, Chroma::plain).ok());
+  EXPECT_NE(plain, smooth);
+  const auto luma = [](const Bytes& rgb, std::size_t i) {
+    return 0.299 * rgb[3 * i] + 0.587 * rgb[3 * i + 1] + 0.114 * rgb[3 * i + 2];
+  };
+  double off = 0;
+  for (std::size_t i = 0; i < kPixels; ++i) off += std::abs(luma(plain, i) - luma(smooth, i));
+  EXPECT_LT(off / kPixels, 2) << "what is tracked is the same";
+}
+
 TEST(ImageFile, GreyJpegIsExpanded) {
   const Bytes decoded = color_of(test::encode_jpeg(40, 30, 1, Bytes(kPixels, 99)));
   EXPECT_EQ(decoded, Bytes(3 * kPixels, 99));

@@ -209,6 +209,27 @@ TEST(RegisterDepth, IsWhatTheSlowOneComputesToTheByte) {
   }
 }
 
+// Rows above and below what colour sees are left out: a narrow lens, up and down, near and far, tilted.
+TEST(RegisterDepth, RowsBesideTheColourImageAreLeftOutAndNothingElse) {
+  test::Random random(29);
+  std::uint64_t outside = 0, readings = 0;
+  for (int round = 0; round < 40; ++round) {
+    const Intrinsics depth = camera(53, 60, 47), colour = camera(53, 30, random.uniform(60, 140));
+    const double angle = random.uniform(-0.4, 0.4), c = std::cos(angle), s = std::sin(angle);
+    const ColourFromDepth pose{
+        {1, 0, 0, 0, c, -s, 0, s, c},
+        {random.uniform(-0.05, 0.05), round % 3 == 0 ? 0 : random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05)}};
+    const Depth in = walls(depth, static_cast<std::uint64_t>(round));
+    DepthRegistration::Counts counts, expected;
+    const Depth out = registered(depth, colour, pose, in, &counts);
+    ASSERT_EQ(out, slowly(depth, colour, pose, in, expected)) << round;
+    ASSERT_EQ(counts.readings, expected.readings);
+    ASSERT_EQ(counts.outside, expected.outside);
+    outside += counts.outside, readings += counts.readings;
+  }
+  EXPECT_GT(2 * outside, readings);
+}
+
 // Walls, so that neighbours lie beside each other; then what a turned camera sees, where they do not.
 TEST(RegisterDepth, TheTwinsKeepTheSame) {
   if (!simd_available()) GTEST_SKIP() << "this CPU has no AVX2";

@@ -62,6 +62,9 @@ TEST(RigCalibration, ErrorsSayWhereAndWhat) {
   EXPECT_THAT(error_of(kColour + kDepth + "colour_from_depth_qy 0.6\ncolour_from_depth_qw 0.8\n"),
               HasSubstr("30 degrees"));
   EXPECT_THAT(error_of(kColour + "depth_none 70000\n"), HasSubstr("from 0 to 65535"));
+  EXPECT_THAT(error_of("noise_least_m 0\n"), HasSubstr("c:1: noise_least_m must be within 1e-05 to 0.1"));
+  EXPECT_THAT(error_of("noise_growth_per_m 3\n"), HasSubstr("c:1: noise_growth_per_m must be within 0 to 0.1"));
+  EXPECT_THAT(error_of("noise_best_m -1\n"), HasSubstr("c:1: noise_best_m must be within 0 to 10"));
 }
 
 TEST(RigCalibration, AnotherSizeOfTheSameShapeIsScaled) {

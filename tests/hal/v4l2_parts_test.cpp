@@ -4,6 +4,7 @@
 
 #include "address.hpp"
 #include "formats.hpp"
+#include "hal/imaging/register_depth.hpp"
 #include "hal/imaging/rig_calibration.hpp"
 #include "models.hpp"
 
@@ -43,13 +44,20 @@ TEST(V4l2Formats, EveryColourFormatIsDecodedAndOthersAreErrors) {
 }
 
 TEST(V4l2Models, EveryShippedCalibrationIsGood) {
-  for (const char* id : {"8086:0b07", "8086:0b3a", "8086:0ad3", "8086:0b5c"}) {
+  for (const char* id : {"8086:0b07", "8086:0b3a", "8086:0ad3", "8086:0b5c", "2bc5:0670", "2bc5:0660", "2bc5:0669"}) {
     const Model* model = find_model(id);
     ASSERT_NE(model, nullptr) << id;
     const auto rig = imaging::parse_rig_calibration(model->calibration, std::string(model->name));
     ASSERT_TRUE(rig.ok()) << rig.error().text();
     EXPECT_TRUE(rig->depth.has_value()) << model->name;
     EXPECT_LT(rig->noise.sigma_m(1.0), 0.01);
+    // The middle of a colour image before a wall is filled by the depth image's, about where that looks.
+    imaging::DepthRegistration registration(*rig->depth, rig->colour, rig->pose, rig->depth_offset_m);
+    const std::vector<std::uint16_t> wall(imaging::size_of(*rig->depth).pixels(), 2000);
+    std::vector<std::uint16_t> seen(imaging::size_of(rig->colour).pixels());
+    const auto counts = registration.apply(wall, seen);
+    EXPECT_NEAR(seen[seen.size() / 2 + static_cast<std::size_t>(rig->colour.width) / 2], 2000, 60) << model->name;
+    EXPECT_LT(counts.outside, counts.readings * 7 / 10) << model->name;
   }
   EXPECT_EQ(find_model("0000:0000"), nullptr);
 }

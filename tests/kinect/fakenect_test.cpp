@@ -159,7 +159,7 @@ struct Walk {
 Walk map(DepthCamera& camera, const Walk* like) {
   mapping::LocalMapperConfig config;
   config.max_keyframes = 40;
-  mapping::LocalMapper mapper(config, camera.intrinsics());
+  mapping::LocalMapper mapper(config, camera.intrinsics(), camera.depth_noise());
   FramePool pool(camera.intrinsics(), 1);
   Frame frame = pool.acquire();
   Walk walk;

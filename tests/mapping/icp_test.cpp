@@ -26,12 +26,12 @@ struct Pair {
 };
 
 Pair cast_pair(const std::vector<test::Plane>& scene, const Pose& T_world_target, const Pose& T_world_source,
-               test::Random* noise) {
+               test::Random* noise, const hal::DepthNoise& model = {}) {
   const hal::Intrinsics k;
   static const RayTable rays(k);
   Pair pair;
-  organize(test::cast_depth(scene, k, rays, T_world_target, noise), k, kWidth, kHeight, pair.target);
-  organize(test::cast_depth(scene, k, rays, T_world_source, noise), k, kWidth, kHeight, pair.source);
+  organize(test::cast_depth(scene, k, rays, T_world_target, noise, model), k, kWidth, kHeight, pair.target);
+  organize(test::cast_depth(scene, k, rays, T_world_source, noise, model), k, kWidth, kHeight, pair.source);
   return pair;
 }
 
@@ -53,6 +53,25 @@ TEST(Icp, FindsTheMotionInARoomOfPlanes) {
       EXPECT_LT(result.gradient.norm(), 1e-3 * result.information.norm());
     }
   }
+}
+
+TEST(Icp, ACorrespondenceWeighsWhatItsCamerasNoiseSays) {
+  constexpr hal::DepthNoise kFlat{0.002, 0, 0}, kTwice{0.004, 0, 0}, kGrowing{0.001, 0.004, 0};
+  const Pair pair = cast_pair(test::box_room(), {}, {}, nullptr);
+  const auto source = downsampled(pair.source, 0.05f);
+  const auto aligned = [&](const hal::DepthNoise& noise) {
+    OrganizedCloud target = pair.target;
+    target.noise = noise;
+    return Icp({}).align(target, source, Pose{});
+  };
+  const IcpResult flat = aligned(kFlat), twice = aligned(kTwice), growing = aligned(kGrowing);
+  // Exact depth: no residual of a wall is near the robust scale, so the weights are 1 / sigma^2.
+  EXPECT_NEAR(flat.weight / flat.inliers, 1 / (0.002 * 0.002), 0.05 / (0.002 * 0.002));
+  EXPECT_NEAR(twice.weight / twice.inliers, 1 / (0.004 * 0.004), 0.05 / (0.004 * 0.004));
+  double expected = 0;
+  for (const Vector3f& p : source) expected += std::pow(kGrowing.sigma_m(static_cast<double>(p.z())), -2);
+  EXPECT_NEAR(growing.weight, expected, 0.1 * expected);
+  EXPECT_EQ(aligned({}).weight, Icp({}).align(pair.target, source, Pose{}).weight) << "a Kinect when nobody says";
 }
 
 TEST(Icp, ASinglePlaneIsDegenerate) {

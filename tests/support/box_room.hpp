@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "hal/depth_noise.hpp"
 #include "mapping/local/ray_table.hpp"
 #include "support/poses.hpp"
 
@@ -24,10 +25,10 @@ inline std::vector<Plane> box_room() {
           {{0, 0, 1}, 2.5}, {{0, 0, -1}, 1}, {slanted, 1.8}};
 }
 
-// Depth seen from T_world_camera inside the convex scene, in units of 1 / depth_scale; sigma(z) of noise where asked.
+// Depth seen from T_world_camera inside the convex scene, in units of 1 / depth_scale; noise of the model where asked.
 inline std::vector<std::uint16_t> cast_depth(const std::vector<Plane>& scene, const hal::Intrinsics& k,
                                              const mapping::RayTable& rays, const mapping::Pose& T_world_camera,
-                                             Random* noise = nullptr) {
+                                             Random* noise = nullptr, const hal::DepthNoise& model = {}) {
   std::vector<std::uint16_t> depth(static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height));
   std::size_t i = 0;
   for (int v = 0; v < k.height; ++v) {
@@ -39,7 +40,7 @@ inline std::vector<std::uint16_t> cast_depth(const std::vector<Plane>& scene, co
         const double along = plane.n.dot(ray);
         if (along > 1e-9) z = std::min(z, (plane.h - plane.n.dot(T_world_camera.t)) / along);
       }
-      if (noise != nullptr) z += noise->normal(0.0012 + 0.0019 * (z - 0.4) * (z - 0.4));
+      if (noise != nullptr) z += noise->normal(model.sigma_m(z));
       if (z > 0 && z * k.depth_scale < 65535) depth[i] = static_cast<std::uint16_t>(z * k.depth_scale + 0.5);
     }
   }

@@ -17,6 +17,7 @@
 #include "daemon/step_times.hpp"
 #include "daemon/worker.hpp"
 #include "hal/base/bounded_queue.hpp"
+#include "hal/depth_camera.hpp"
 #include "hal/frame_pool.hpp"
 #include "mapping/local/local_mapper.hpp"
 #include "mapping/local/smooth_odometry.hpp"
@@ -54,7 +55,7 @@ struct PipelineView {
 // publisher. The mapper and its voxel map belong to this thread until finished.
 class Pipeline {
  public:
-  Pipeline(const Config& config, const hal::Intrinsics& intrinsics, BlockingQueue<hal::Frame>& frames, Outbox outbox,
+  Pipeline(const Config& config, const hal::DepthCamera& camera, BlockingQueue<hal::Frame>& frames, Outbox outbox,
            Failures& failures, Log& log);
   ~Pipeline();
   Pipeline(const Pipeline&) = delete;
@@ -106,6 +107,7 @@ class Pipeline {
 
   const Config& config_;
   const hal::Intrinsics intrinsics_;
+  const hal::DepthNoise noise_;
   BlockingQueue<hal::Frame>& frames_;
   Failures& failures_;
   Log& log_;

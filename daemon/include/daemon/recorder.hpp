@@ -43,9 +43,7 @@ class Recorder {
  public:
   static constexpr std::size_t kQueued = 8;  // frames
 
-  // camera: for people, in calibration.txt.
-  Recorder(const RecorderConfig& config, const hal::Intrinsics& intrinsics, std::string camera, TruthLine truth,
-           Log& log);
+  Recorder(const RecorderConfig& config, RecordedCamera camera, TruthLine truth, Log& log);
   ~Recorder();
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
@@ -86,8 +84,7 @@ class Recorder {
   void end(Session& session, const Error& why);
 
   const RecorderConfig config_;
-  const hal::Intrinsics intrinsics_;
-  const std::string camera_;
+  const RecordedCamera camera_;
   const TruthLine truth_;
   Log& log_;
   std::mutex control_;                // of start and stop: one at a time

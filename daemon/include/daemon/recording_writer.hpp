@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hal/base/result.hpp"
+#include "hal/depth_camera.hpp"
 #include "hal/frame.hpp"
 
 namespace onemap::daemon {
@@ -14,6 +15,14 @@ namespace onemap::daemon {
 // `tx ty tz qx qy qz qw` of where the camera is at a frame, for who knows it: a simulated camera.
 using TruthLine = std::function<std::optional<std::string>(const hal::FrameView&)>;
 TruthLine truth_of(const std::string& camera_address);  // empty: nobody knows it
+
+// What calibration.txt says of the camera.
+struct RecordedCamera {
+  hal::Intrinsics intrinsics;
+  hal::DepthNoise noise;
+  std::string description;  // for people
+};
+RecordedCamera recorded(const hal::DepthCamera& camera);
 
 // Writes frames as the TUM layout that `replay:` plays: rgb/ and depth/ (PNG), rgb.txt and depth.txt, calibration.txt,
 // and groundtruth.txt where the truth is known. Depth is 5000 values a metre, as everybody's readers of this layout
@@ -26,8 +35,7 @@ class RecordingWriter {
   static constexpr double kDepthScale = 5000;
 
   // Makes the folder. One that holds a recording is refused: nothing is ever written over.
-  static Result<RecordingWriter> open(const std::string& folder, const hal::Intrinsics& intrinsics,
-                                      const std::string& camera, TruthLine truth = {});
+  static Result<RecordingWriter> open(const std::string& folder, const RecordedCamera& camera, TruthLine truth = {});
   RecordingWriter(RecordingWriter&& other) noexcept;
   RecordingWriter& operator=(RecordingWriter&&) = delete;
   ~RecordingWriter();
@@ -39,7 +47,7 @@ class RecordingWriter {
 
  private:
   RecordingWriter(std::string folder, TruthLine truth) : folder_(std::move(folder)), truth_(std::move(truth)) {}
-  Status begin(const hal::Intrinsics& intrinsics, const std::string& camera);
+  Status begin(const RecordedCamera& camera);
   Status begin_list(int& list, const std::string& name, const std::string& head);
   Status put(const std::string& name);               // file_
   Status append(int list, const std::string& line);  // whole, or an error

@@ -22,7 +22,11 @@ struct Key {
   double Intrinsics::*field;
   bool needed;
   double least, most;
+  double DepthNoise::*noise = nullptr;  // instead of field
 };
+constexpr Key noise_key(std::string_view name, double DepthNoise::*field, const Range<double>& range) {
+  return {name, nullptr, false, range.least, range.most, field};
+}
 constexpr double kLeastFocal = 1, kMostFocal = kFocalLengthWidths.most * kMostSide_px;
 constexpr Key kKeys[] = {
     {"fx", &Intrinsics::fx, true, kLeastFocal, kMostFocal},
@@ -35,6 +39,9 @@ constexpr Key kKeys[] = {
     {"p2", &Intrinsics::p2, false, -kMostDistortion, kMostDistortion},
     {"k3", &Intrinsics::k3, false, -kMostDistortion, kMostDistortion},
     {"depth_scale", &Intrinsics::depth_scale, false, kDepthScale.least, kDepthScale.most},
+    noise_key("noise_least_m", &DepthNoise::least_m, kLeastNoise_m),
+    noise_key("noise_growth_per_m", &DepthNoise::growth_per_m, kNoiseGrowth_per_m),
+    noise_key("noise_best_m", &DepthNoise::best_m, kBestDistance_m),
 };
 
 const Key* find(std::string_view name) {
@@ -48,7 +55,7 @@ bool Calibration::knows(std::string_view key) { return find(key) != nullptr; }
 
 Status Calibration::set(std::string_view name, std::string_view text, const std::string& place) {
   const Key* key = find(name);
-  if (!key) return Error{"", fmt::format("unknown key '{}'; known: fx fy cx cy k1 k2 p1 p2 k3 depth_scale", name)};
+  if (!key) return Error{"", fmt::format("unknown key '{}'; known: {}", name, kKnown)};
   double value = 0;
   const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
   const bool number = code == std::errc{} && end == text.data() + text.size() && std::isfinite(value);
@@ -93,6 +100,7 @@ Status Calibration::apply(Intrinsics& intrinsics) const {
   std::string missing;
   for (const Key& key : kKeys) {
     const auto found = values_.find(key.name);
+    if (!key.field) continue;
     if (found != values_.end()) {
       intrinsics.*key.field = found->second.number;
     } else if (key.needed) {
@@ -101,6 +109,18 @@ Status Calibration::apply(Intrinsics& intrinsics) const {
   }
   if (!missing.empty()) return Error{"", "the calibration lacks " + missing};
   return success();
+}
+
+bool Calibration::has_lens() const {
+  return std::ranges::any_of(values_, [](const auto& value) { return find(value.first)->field != nullptr; });
+}
+
+DepthNoise Calibration::noise() const {
+  DepthNoise noise;
+  for (const Key& key : kKeys)
+    if (const auto found = values_.find(key.name); key.noise && found != values_.end())
+      noise.*key.noise = found->second.number;
+  return noise;
 }
 
 Status Calibration::check_within(std::string_view key, double least, double most, const std::string& why) const {

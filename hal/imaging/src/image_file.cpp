@@ -29,10 +29,12 @@ Result<ImageSize> image_size(std::span<const std::uint8_t> file) {
   return unknown_format(file);
 }
 
-Status decode_color(std::span<const std::uint8_t> file, ImageSize expected, std::span<std::uint8_t> rgb) {
+Status decode_color(std::span<const std::uint8_t> file, ImageSize expected, std::span<std::uint8_t> rgb,
+                    Chroma chroma) {
   assert(rgb.size() == 3 * static_cast<std::size_t>(expected.width) * static_cast<std::size_t>(expected.height));
   if (is_png(file)) return as_expected(decode_png(file, PngWanted::rgb8, expected, rgb.data()), expected);
-  if (is_jpeg(file)) return as_expected(decode_jpeg(file, JpegWanted::rgb8, expected, rgb.data()), expected);
+  const auto wanted = chroma == Chroma::smooth ? JpegWanted::rgb8 : JpegWanted::rgb8_plain_chroma;
+  if (is_jpeg(file)) return as_expected(decode_jpeg(file, wanted, expected, rgb.data()), expected);
   return unknown_format(file);
 }
 

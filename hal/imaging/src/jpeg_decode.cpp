@@ -23,6 +23,7 @@ void read_jpeg(jpeg_decompress_struct& jpeg, JpegWanted wanted, ImageSize expect
   size = {static_cast<int>(jpeg.image_width), static_cast<int>(jpeg.image_height)};
   if (wanted == JpegWanted::size || size != expected) return;
   jpeg.out_color_space = JCS_RGB;
+  jpeg.do_fancy_upsampling = wanted == JpegWanted::rgb8 ? TRUE : FALSE;
   jpeg_start_decompress(&jpeg);
   const std::size_t row_bytes = std::size_t{3} * jpeg.output_width;
   while (jpeg.output_scanline < jpeg.output_height) {

@@ -3,7 +3,7 @@
 
 namespace onemap::hal::imaging {
 
-enum class JpegWanted { size, rgb8 };
+enum class JpegWanted { size, rgb8, rgb8_plain_chroma };
 
 bool is_jpeg(std::span<const std::uint8_t> file);
 

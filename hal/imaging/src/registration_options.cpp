@@ -57,7 +57,7 @@ Status RegistrationOptions::set_file(const std::string& text, const std::string&
 }
 
 Status RegistrationOptions::check() const {
-  if (calibration.keys().empty()) return success();
+  if (!calibration.has_lens()) return success();
   Intrinsics tried;
   return calibration.apply(tried);
 }

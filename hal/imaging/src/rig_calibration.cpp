@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <initializer_list>
+#include <limits>
 #include <map>
 #include <vector>
 
@@ -17,9 +18,12 @@ namespace {
 // What a key's number must be.
 enum class Kind { any, positive, side, depth_value };
 
+constexpr Range<double> kAnyNumber{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+
 struct Key {
   std::string_view name;
   Kind kind;
+  Range<double> range = kAnyNumber;
 };
 constexpr Key kKeys[] = {{"width", Kind::side},
                          {"height", Kind::side},
@@ -53,9 +57,9 @@ constexpr Key kKeys[] = {{"width", Kind::side},
                          {"colour_from_depth_qy", Kind::any},
                          {"colour_from_depth_qz", Kind::any},
                          {"colour_from_depth_qw", Kind::any},
-                         {"noise_least_m", Kind::positive},
-                         {"noise_growth_per_m", Kind::positive},
-                         {"noise_best_m", Kind::any}};
+                         {"noise_least_m", Kind::any, kLeastNoise_m},
+                         {"noise_growth_per_m", Kind::any, kNoiseGrowth_per_m},
+                         {"noise_best_m", Kind::any, kBestDistance_m}};
 constexpr double kLeastCosine = 0.8660254;  // 30 degrees
 constexpr double kMostOffset_m = 0.5;
 
@@ -72,6 +76,8 @@ Status check_number(const Key& key, double value) {
     return Error{"", fmt::format("{} must be a whole number from 1 to {}", key.name, kMostSide_px)};
   if (key.kind == Kind::depth_value && !(whole && value >= 0 && value <= 65535))
     return Error{"", fmt::format("{} must be a whole number from 0 to 65535", key.name)};
+  if (!key.range.holds(value))
+    return Error{"", fmt::format("{} must be within {} to {}", key.name, key.range.least, key.range.most)};
   return success();
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include "hal/base/range.hpp"
 
 namespace onemap::hal {
 
@@ -17,5 +18,8 @@ struct DepthNoise {
   }
   bool operator==(const DepthNoise&) const = default;
 };
+
+// What a depth camera can have.
+inline constexpr Range<double> kLeastNoise_m{1e-5, 0.1}, kNoiseGrowth_per_m{0, 0.1}, kBestDistance_m{0, 10};
 
 }  // namespace onemap::hal

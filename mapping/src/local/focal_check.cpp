@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hal/depth_noise.hpp"
-
 namespace onemap::mapping {
 
 namespace {
@@ -22,10 +20,10 @@ struct Apart {
   double lateral, depth, lateral_variance, depth_variance;
 };
 
-Apart apart(const Vector3d& p, const Vector3d& q) {
+Apart apart(const hal::DepthNoise& noise, const Vector3d& p, const Vector3d& q) {
   const Vector3d d = p - q;
-  const auto variance = [](const Vector3d& v) {
-    const double sigma = hal::DepthNoise{}.sigma_m(v.z());
+  const auto variance = [&](const Vector3d& v) {
+    const double sigma = noise.sigma_m(v.z());
     return sigma * sigma;
   };
   const auto across = [&](const Vector3d& v) {
@@ -50,7 +48,8 @@ bool FocalEstimate::wrong() const {
   return views >= kLeastViews && off > kTolerated && off > kSigmas * sigma;
 }
 
-FocalCheck::FocalCheck(std::size_t max_points) : max_points_(std::min(max_points, kMostPoints)) {
+FocalCheck::FocalCheck(std::size_t max_points, const hal::DepthNoise& noise)
+    : max_points_(std::min(max_points, kMostPoints)), noise_(noise) {
   found_.reserve(max_points_ * max_points_ / 2);
 }
 
@@ -60,7 +59,7 @@ void FocalCheck::add(std::span<const Vector3d> a, std::span<const Vector3d> b) {
       std::max<std::size_t>(1, (a.size() + max_points_ - 1) / std::max<std::size_t>(1, max_points_));
   for (std::size_t i = 0; i < a.size(); i += step) {
     for (std::size_t j = i + step; j < a.size(); j += step) {
-      const Apart one = apart(a[i], a[j]), other = apart(b[i], b[j]);
+      const Apart one = apart(noise_, a[i], a[j]), other = apart(noise_, b[i], b[j]);
       const double lateral = one.lateral - other.lateral, depth = other.depth - one.depth;
       const double variance = one.lateral_variance + other.lateral_variance + one.depth_variance + other.depth_variance;
       if (lateral * depth <= 0 || std::abs(lateral + depth) < kTimesNoise * std::sqrt(variance)) continue;

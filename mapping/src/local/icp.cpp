@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "local/sensor_noise.hpp"
 #include "mapping/local/depth_range.hpp"
 
 namespace onemap::mapping {
@@ -94,7 +93,7 @@ System linearise(const OrganizedCloud& target, std::span<const Vector3f> source,
     const Vector3d d = p - q;
     const double r = n.dot(d);
     if (std::abs(r) > config.max_distance_m || d.squaredNorm() > max_cell_m * max_cell_m) continue;
-    const double sigma = depth_sigma(q.z()), k = std::max(robust_m, config.noise_sigmas * sigma);
+    const double sigma = target.noise.sigma_m(q.z()), k = std::max(robust_m, config.noise_sigmas * sigma);
     const double robust = k * k / (k * k + r * r);  // Geman and McClure
     system.add(p, n, r, robust * robust / (sigma * sigma));
   }

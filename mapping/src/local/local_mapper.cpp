@@ -40,13 +40,13 @@ SurfaceBuilderConfig surface_config(const LocalMapperConfig& c, const hal::Intri
 }  // namespace
 
 struct LocalMapper::Impl {
-  Impl(const LocalMapperConfig& c, const hal::Intrinsics& k)
+  Impl(const LocalMapperConfig& c, const hal::Intrinsics& k, const hal::DepthNoise& noise)
       : front_end(front_end_config(c), k),
-        keyframes(keyframe_map_config(c), k),
-        tracker({c.max_features, c.seed}, k, front_end.make_observed()),
+        keyframes(keyframe_map_config(c), k, noise),
+        tracker({c.max_features, c.seed, noise}, k, front_end.make_observed()),
         surface(surface_config(c, k)),
         trajectory(kTrajectoryRing),
-        focal(k, static_cast<std::size_t>(c.max_features), c.seed),
+        focal(k, noise, static_cast<std::size_t>(c.max_features), c.seed),
         seen(front_end.make_observed()),
         seen_before(front_end.make_observed()),
         held(k) {}
@@ -191,8 +191,9 @@ void LocalMapper::Impl::finish() {
   surface.finish();
 }
 
-LocalMapper::LocalMapper(const LocalMapperConfig& config, const hal::Intrinsics& intrinsics)
-    : impl_(std::make_unique<Impl>(config, intrinsics)) {
+LocalMapper::LocalMapper(const LocalMapperConfig& config, const hal::Intrinsics& intrinsics,
+                         const hal::DepthNoise& noise)
+    : impl_(std::make_unique<Impl>(config, intrinsics, noise)) {
   assert(check(config, intrinsics).ok());
 }
 LocalMapper::~LocalMapper() = default;

@@ -6,7 +6,6 @@
 
 #include "floor_int.hpp"
 #include "hal/lens.hpp"
-#include "local/sensor_noise.hpp"
 #include "mapping/local/depth_range.hpp"
 
 namespace onemap::mapping {
@@ -50,17 +49,18 @@ void set_grid(const hal::Intrinsics& k, int width, int height, OrganizedCloud& o
 }
 
 // How far depths of one surface differ within a few pixels: slope and noise.
-float same_surface_m(float z_m) { return 0.01f * z_m + 4 * depth_sigma(z_m); }
+float same_surface_m(const hal::DepthNoise& noise, float z_m) { return 0.01f * z_m + 4 * noise.sigma_m(z_m); }
 
 // Mean depth of the block's pixels that lie on the surface of the block's middle (or first valid) pixel; 0: none.
-float mean_depth(const std::uint16_t* block, int row_pixels, int block_u, int block_v, float metres) {
+float mean_depth(const std::uint16_t* block, int row_pixels, int block_u, int block_v, float metres,
+                 const hal::DepthNoise& noise) {
   int reference = block[(block_v / 2) * row_pixels + block_u / 2];
   for (int v = 0; v < block_v && reference == 0; ++v) {
     for (int u = 0; u < block_u && reference == 0; ++u) reference = block[v * row_pixels + u];
   }
   const float z = static_cast<float>(reference) * metres;
   if (!(z >= kMinDepth_m && z <= kMaxDepth_m)) return 0;
-  const int gate = static_cast<int>(same_surface_m(z) / metres);
+  const int gate = static_cast<int>(same_surface_m(noise, z) / metres);
   int sum = 0, count = 0;
   for (int v = 0; v < block_v; ++v) {
     for (int u = 0; u < block_u; ++u) {
@@ -84,7 +84,7 @@ Vector3f normal_at(const OrganizedCloud& cloud, int u, int v) {
   const OrganizedCloud::Sampling* at = cloud.sampling.data() + index;
   if (*q == 0) return Vector3f::Zero();
   const float z = 1 / *q;
-  const float gate = 3 * same_surface_m(z) * *q * *q;  // as a difference of 1/z
+  const float gate = 3 * same_surface_m(cloud.noise, z) * *q * *q;  // as a difference of 1/z
   float n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0, sq = 0, sxq = 0, syq = 0;
   for (int j = std::max(-kRadius, -v); j <= std::min(kRadius, cloud.height - 1 - v); ++j) {
     for (int i = std::max(-kRadius, -u); i <= std::min(kRadius, cloud.width - 1 - u); ++i) {
@@ -137,7 +137,8 @@ void move_camera(const Pose& T_after_before, OrganizedCloud& cloud) {
     float z = cloud.points[i].z(), last = z;
     for (int round = 0; round < kRounds && z > 0; ++round)
       last = std::exchange(z, looked_up({cell.x * z, cell.y * z, z}));
-    const bool on_one_surface = z >= kMinDepth_m && z <= kMaxDepth_m && std::abs(z - last) <= 3 * same_surface_m(z);
+    const bool on_one_surface =
+        z >= kMinDepth_m && z <= kMaxDepth_m && std::abs(z - last) <= 3 * same_surface_m(cloud.noise, z);
     cloud.inverse_depth[i] = on_one_surface ? 1 / z : 0;
   }
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
@@ -158,9 +159,9 @@ void organize(std::span<const std::uint16_t> depth, const hal::Intrinsics& intri
   const int block_u = std::max(1, intrinsics.width / width), block_v = std::max(1, intrinsics.height / height);
   for (std::size_t i = 0; i < out.points.size(); ++i) {
     const auto& cell = out.sampling[i];
-    const float z = cell.first_pixel < 0
-                        ? 0
-                        : mean_depth(depth.data() + cell.first_pixel, intrinsics.width, block_u, block_v, metres);
+    const float z = cell.first_pixel < 0 ? 0
+                                         : mean_depth(depth.data() + cell.first_pixel, intrinsics.width, block_u,
+                                                      block_v, metres, out.noise);
     out.points[i] = {cell.x * z, cell.y * z, z};
     out.inverse_depth[i] = z > 0 ? 1 / z : 0;
   }

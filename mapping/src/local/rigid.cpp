@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "local/ransac_sampling.hpp"
-#include "local/sensor_noise.hpp"
 
 namespace onemap::mapping {
 namespace {
@@ -14,7 +13,7 @@ namespace {
 // The inlier threshold of a match: the matched pixels' error grows with depth, the sensor's noise with its square.
 double threshold_m(const RigidConfig& config, double z_m) {
   constexpr double kSigmas = 3;
-  const double grown = config.threshold_m * z_m + kSigmas * (depth_sigma(z_m) - depth_sigma(1.0));
+  const double grown = config.threshold_m * z_m + kSigmas * (config.noise.sigma_m(z_m) - config.noise.sigma_m(1.0));
   return std::max(0.5 * config.threshold_m, grown);
 }
 

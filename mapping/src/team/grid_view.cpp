@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "local/sensor_noise.hpp"
+#include "hal/depth_noise.hpp"
 
 namespace onemap::mapping {
 namespace {
 
 constexpr float kNearest_m = 0.1f;  // nearer cells fill the whole view
+constexpr hal::DepthNoise kNoise;   // records do not say whose depth it is
 
 }  // namespace
 
@@ -19,7 +20,7 @@ GridView::GridView(const DepthGrid& grid, const Pose& T, const FreeSpaceConfig& 
   through_m.reserve(grid.inverse_depth.size());
   for (const std::uint16_t q : grid.inverse_depth) {
     const double z = grid_depth_m(q);
-    const double before = z - kHalfDiagonal * config.cell_m - 3 * depth_sigma(z);
+    const double before = z - kHalfDiagonal * config.cell_m - 3 * kNoise.sigma_m(z);
     const double through = z > 0 ? std::min(std::max(before, 0.0), config.reach_m) : 0;
     through_m.push_back(static_cast<float>(through));
     farthest_m = std::max(farthest_m, through);

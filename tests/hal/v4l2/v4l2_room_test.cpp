@@ -124,7 +124,7 @@ TEST(V4l2Room, IsMappedAsTheSimulationIsAndTheMapResumesAfterUnplugging) {
   ASSERT_TRUE(opened.ok()) << opened.error().text();
   DepthCamera& camera = **opened;
   FramePool pool(camera.intrinsics(), 1);
-  mapping::LocalMapper mapper(config(), camera.intrinsics());
+  mapping::LocalMapper mapper(config(), camera.intrinsics(), camera.depth_noise());
   const Trajectory expected = straight_through(kSmall, kFrames);
   ASSERT_EQ(expected.size(), kFrames);
   Trajectory found;
@@ -164,7 +164,7 @@ TEST(V4l2Room, IsMappedInLargerSizesAsTheSimulationIs) {
     auto opened = open_text(open_v4l2, "v4l2:?calibration=" + (folder / "calibration.txt"));
     ASSERT_TRUE(opened.ok()) << opened.error().text();
     FramePool pool((*opened)->intrinsics(), 1);
-    mapping::LocalMapper mapper(config(), (*opened)->intrinsics());
+    mapping::LocalMapper mapper(config(), (*opened)->intrinsics(), (*opened)->depth_noise());
     Trajectory found;
     Frame frame = pool.acquire();
     while (found.size() < kSome) {

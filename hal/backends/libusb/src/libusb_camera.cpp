@@ -63,7 +63,7 @@ Status LibusbCamera::connect(const std::string& serial) {
 Status LibusbCamera::prepare() {
   colour_ = Intrinsics{};
   colour_.depth_scale = kMillimetres;
-  if (!address_.lenses.calibration.keys().empty())
+  if (address_.lenses.calibration.has_lens())
     if (const Status status = address_.lenses.calibration.apply(colour_); !status) return status.error();
   const imaging::Registration registration = freenect_->registration();
   mm_.resize(static_cast<std::size_t>(kWidth) * kHeight);

@@ -25,6 +25,7 @@ class LibusbCamera final : public DepthCamera {
   Grab grab(Frame& into, std::chrono::milliseconds timeout) override;
   const Error& last_error() const override { return error_; }
   CameraCounters counters() const override;
+  DepthNoise depth_noise() const override { return address_.lenses.calibration.noise(); }
   bool live() const override { return true; }
   std::uint64_t frames_expected() const override { return 0; }
   std::string description() const override { return description_; }

@@ -174,7 +174,7 @@ void Device::find_intrinsics(const Address& address) {
   colour_is_nominal_ = colour == 0;
   colour_ = pinhole(modes_.colour, colour_is_nominal_ ? nominal : colour);
   colour_.depth_scale = units_per_metre(modes_.depth.format);
-  if (!address.lenses.calibration.keys().empty() && !address.lenses.calibration.apply(colour_))
+  if (address.lenses.calibration.has_lens() && !address.lenses.calibration.apply(colour_))
     assert(false && "the address was checked");
   const double depth = focal_px(depth_stream_, modes_.depth.width);
   depth_ = pinhole(modes_.depth, depth == 0 ? nominal : depth);

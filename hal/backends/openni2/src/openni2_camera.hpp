@@ -25,6 +25,7 @@ class OpenNi2Camera final : public DepthCamera {
   Grab grab(Frame& into, std::chrono::milliseconds timeout) override;
   const Error& last_error() const override { return error_; }
   CameraCounters counters() const override;
+  DepthNoise depth_noise() const override { return address_.lenses.calibration.noise(); }
   bool live() const override { return !address_.file; }
   std::uint64_t frames_expected() const override;
   std::string description() const override { return description_; }

@@ -19,6 +19,7 @@ class ReplayCamera final : public DepthCamera {
   Grab grab(Frame& into, std::chrono::milliseconds timeout) override;
   const Error& last_error() const override { return last_error_; }
   CameraCounters counters() const override { return counters_; }
+  DepthNoise depth_noise() const override { return recording_.calibration.noise(); }
   bool live() const override { return false; }
   std::uint64_t frames_expected() const override { return recording_.to - next_; }
   std::string description() const override;

@@ -51,7 +51,7 @@ Status decode_colour(FourCc format, const imaging::RawImage& image, std::span<st
       return imaging::grey_to_rgb(image, rgb);
     case kMjpeg:
     case kJpeg:
-      return imaging::decode_color(image.bytes, image.size, rgb);
+      return imaging::decode_color(image.bytes, image.size, rgb, imaging::Chroma::plain);
     default:
       return Error{"", "no decoder for " + text_of(format)};
   }

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "hal/depth_noise.hpp"
 #include "mapping/geometry.hpp"
 
 namespace onemap::mapping {
@@ -26,7 +27,7 @@ struct FocalEstimate {
 // of views their median. Memory is taken in the constructor; deterministic.
 class FocalCheck {
  public:
-  explicit FocalCheck(std::size_t max_points);
+  explicit FocalCheck(std::size_t max_points, const hal::DepthNoise& noise = {});
   // The same points in two views, in either camera's frame by the claimed lens; z > 0. Wrong matches may be among them.
   void add(std::span<const Vector3d> a, std::span<const Vector3d> b);
   FocalEstimate estimate() const;
@@ -34,6 +35,7 @@ class FocalCheck {
  private:
   static constexpr std::size_t kViews = 64;  // the latest
   std::size_t max_points_;
+  hal::DepthNoise noise_;
   std::vector<double> found_;  // logarithms of c, of one pair of views
   std::array<double, kViews> views_{};
   std::size_t added_ = 0;

@@ -51,7 +51,8 @@ struct IcpResult {
 };
 
 // Iterative closest point (Besl and McKay; the paper, figure 6): projective association into an organised target,
-// point-to-plane error with a robust weight that follows the sensor's depth noise, Gauss-Newton. No allocation.
+// point-to-plane error, each weighed by 1 / sigma^2 of the target's camera at its depth and by a robust weight that
+// follows sigma, too; Gauss-Newton. No allocation.
 // Deterministic.
 class Icp {
  public:

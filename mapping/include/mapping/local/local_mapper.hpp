@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 
+#include "hal/depth_noise.hpp"
 #include "hal/frame.hpp"
 #include "mapping/local/focal_check.hpp"
 #include "mapping/local/mapper_config.hpp"
@@ -51,8 +52,8 @@ struct LocalMapperCounters {
 // it.
 class LocalMapper {
  public:
-  // check(config, intrinsics) must have passed.
-  LocalMapper(const LocalMapperConfig& config, const hal::Intrinsics& intrinsics);
+  // check(config, intrinsics) must have passed. noise: the camera's, by which its depth is weighed.
+  LocalMapper(const LocalMapperConfig& config, const hal::Intrinsics& intrinsics, const hal::DepthNoise& noise = {});
   ~LocalMapper();
   LocalMapper(const LocalMapper&) = delete;
   LocalMapper& operator=(const LocalMapper&) = delete;

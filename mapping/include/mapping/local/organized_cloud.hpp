@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "hal/depth_noise.hpp"
 #include "hal/frame.hpp"
 #include "mapping/geometry.hpp"
 
@@ -16,6 +17,7 @@ struct OrganizedCloud {
   float fx = 0, fy = 0, cx = 0, cy = 0;
   std::vector<Vector3f> points;   // camera frame, metres
   std::vector<Vector3f> normals;  // unit, towards the camera
+  hal::DepthNoise noise;          // of the camera that saw it, before organize()
   std::size_t index(int u, int v) const {
     return static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u);
   }

@@ -3,17 +3,19 @@
 #include <span>
 #include <vector>
 
+#include "hal/depth_noise.hpp"
 #include "mapping/geometry.hpp"
 #include "mapping/local/ransac.hpp"
 
 namespace onemap::mapping {
 
 struct RigidConfig {
-  double threshold_m = 0.03;  // at 1 m; grows with depth squared like a structured-light sensor's noise
+  double threshold_m = 0.03;  // at 1 m; grows with depth as the noise does
   int max_iterations = 300;
   double confidence = 0.999;
   int min_inliers = 12;
   std::uint64_t seed = 1;
+  hal::DepthNoise noise;
 };
 
 // The paper's 3D RANSAC: T_r_s from matched 3D points p_r[i] <-> p_s[i] (camera frames, metres; z is depth), by minimal

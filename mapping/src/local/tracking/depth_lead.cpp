@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "local/sensor_noise.hpp"
-
 namespace onemap::mapping {
 
 namespace {
@@ -75,7 +73,8 @@ double share_on_surface(const OrganizedCloud& target, std::span<const Vector3f> 
     if (target.points[i].z() == 0 || target.normals[i].squaredNorm() == 0) continue;
     ++met;
     const Vector3d q = target.points[i].cast<double>();
-    on += std::abs(target.normals[i].cast<double>().dot(p - q)) < std::max(kNearSurface_m, 3 * depth_sigma(q.z()));
+    on += std::abs(target.normals[i].cast<double>().dot(p - q)) <
+          std::max(kNearSurface_m, 3 * target.noise.sigma_m(q.z()));
   }
   if (static_cast<double>(met) < kLeastOverlap * static_cast<double>(source.size())) return 0;
   return met == 0 ? 0 : static_cast<double>(on) / static_cast<double>(met);

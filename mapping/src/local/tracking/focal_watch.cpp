@@ -27,8 +27,11 @@ FundamentalConfig fundamental_config(const hal::Intrinsics& k, std::uint64_t see
 
 }  // namespace
 
-FocalWatch::FocalWatch(const hal::Intrinsics& k, std::size_t max_features, std::uint64_t seed)
-    : matcher_(strict(), max_features), fundamental_(fundamental_config(k, seed), max_features), check_(max_features) {
+FocalWatch::FocalWatch(const hal::Intrinsics& k, const hal::DepthNoise& noise, std::size_t max_features,
+                       std::uint64_t seed)
+    : matcher_(strict(), max_features),
+      fundamental_(fundamental_config(k, seed), max_features),
+      check_(max_features, noise) {
   ray_a_.reserve(max_features);
   ray_b_.reserve(max_features);
   inlier_.reserve(max_features);

@@ -13,7 +13,8 @@ namespace onemap::mapping {
 // the constructor.
 class FocalWatch {
  public:
-  FocalWatch(const hal::Intrinsics& intrinsics, std::size_t max_features, std::uint64_t seed);
+  FocalWatch(const hal::Intrinsics& intrinsics, const hal::DepthNoise& noise, std::size_t max_features,
+             std::uint64_t seed);
   // The map's reference has just become a keyframe.
   void look(const KeyframeMap& map);
   FocalEstimate estimate() const { return check_.estimate(); }

@@ -23,14 +23,14 @@ bool is_stale(const Landmark& l) { return l.visible > 20 && l.found * 8 < l.visi
 
 }  // namespace
 
-KeyframeMap::KeyframeMap(const KeyframeMapConfig& config, const hal::Intrinsics& k)
+KeyframeMap::KeyframeMap(const KeyframeMapConfig& config, const hal::Intrinsics& k, const hal::DepthNoise& noise)
     : gate_(config.keyframe_translation_m, config.keyframe_rotation_deg),
       focal_px_(0.5 * (k.fx + k.fy)),
       map_(static_cast<std::size_t>(config.max_keyframes),
            static_cast<std::size_t>(config.max_keyframes) * static_cast<std::size_t>(config.max_features) / 2,
            static_cast<std::size_t>(config.max_features)),
       adjuster_(kMaxNearLandmarks, kMaxWindowObservations),
-      cloud_(k) {
+      cloud_(k, noise) {
   near_landmarks_.reserve(kMaxNearLandmarks);
 }
 

@@ -26,7 +26,7 @@ struct KeyframeMapConfig {
 // the constructor.
 class KeyframeMap {
  public:
-  KeyframeMap(const KeyframeMapConfig& config, const hal::Intrinsics& intrinsics);
+  KeyframeMap(const KeyframeMapConfig& config, const hal::Intrinsics& intrinsics, const hal::DepthNoise& noise = {});
 
   bool empty() const { return made_ == 0; }
   std::uint64_t made() const { return made_; }  // keyframes, ever

@@ -6,7 +6,9 @@
 
 namespace onemap::mapping {
 
-ReferenceCloud::ReferenceCloud(const hal::Intrinsics& intrinsics) : intrinsics_(intrinsics) {
+ReferenceCloud::ReferenceCloud(const hal::Intrinsics& intrinsics, const hal::DepthNoise& noise)
+    : intrinsics_(intrinsics) {
+  seen_.noise = restored_.noise = noise;
   // The first call of each takes its memory.
   const std::vector<std::uint16_t> no_depth(static_cast<std::size_t>(intrinsics.width) *
                                             static_cast<std::size_t>(intrinsics.height));

@@ -13,7 +13,7 @@ namespace onemap::mapping {
 // later restored from what a keyframe keeps. Memory is taken in the constructor.
 class ReferenceCloud {
  public:
-  explicit ReferenceCloud(const hal::Intrinsics& intrinsics);
+  ReferenceCloud(const hal::Intrinsics& intrinsics, const hal::DepthNoise& noise);
   // That nobody keeps. T_colour_depth: see FrontEnd.
   void look(std::span<const std::uint16_t> depth, const std::optional<Pose>& T_colour_depth = {});
   // A new keyframe's depth image; the keyframe keeps its grid.

@@ -23,6 +23,7 @@ TwoViewConfig two_view_config(const TrackerConfig& config, const hal::Intrinsics
   TwoViewConfig out;
   out.fundamental.threshold = 2.0 / (0.5 * (k.fx + k.fy));
   out.fundamental.seed = config.seed;
+  out.rigid.noise = config.noise;
   out.rigid.seed = config.seed ^ 0x9E3779B97F4A7C15u;
   return out;
 }

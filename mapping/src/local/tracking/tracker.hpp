@@ -30,6 +30,7 @@ struct Placed {
 struct TrackerConfig {
   int max_features = 500;
   std::uint64_t seed = 1;
+  hal::DepthNoise noise;
 };
 
 // Where is the camera? A frame is placed by the frame before it, by the reference keyframe, or, when the camera is

@@ -15,7 +15,9 @@ std::string_view to_string(Registration registration);  // "registered by us"
 
 // What the address of a camera with a colour and a depth lens beside each other can say of them.
 struct RegistrationOptions {
-  static constexpr std::string_view kKnown = "registration baseline calibration fx fy cx cy k1 k2 p1 p2 k3 depth_scale";
+  static constexpr std::string_view kKnown =
+      "registration baseline calibration fx fy cx cy k1 k2 p1 p2 k3 depth_scale noise_least_m noise_growth_per_m "
+      "noise_best_m";
 
   std::optional<Registration> registration;
   double baseline_m = 0.025;  // from the depth lens to colour's; PrimeSense's

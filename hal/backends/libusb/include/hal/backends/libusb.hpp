@@ -14,7 +14,7 @@ namespace onemap::hal {
 //                 ours           device remembers; ours, from nominal lenses and the baseline; none: it is there
 //   baseline      0.025          metres from the depth camera to the colour camera on its right, for ours
 //   calibration   -              a file of `key value` lines for the colour image; without it 525 pixels, the middle
-//   fx fy cx cy k1 k2 p1 p2 k3 depth_scale   over the calibration
+//   fx fy cx cy k1 k2 p1 p2 k3 depth_scale noise_least_m noise_growth_per_m noise_best_m   over the calibration
 //
 // The device's stamps count from its own start: times are its stamps plus the address's clock_offset. When it comes
 // back time goes on after what was waited for it. A Kinect that was pulled out is gone until the same, by its serial

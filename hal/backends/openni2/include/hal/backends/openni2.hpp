@@ -17,7 +17,7 @@ namespace onemap::hal {
 //   baseline      0.025               metres from the depth camera to the colour camera on its right, for ours
 //   calibration   -                   a file of `key value` lines for the colour image; without it the field of view
 //                                     that the device gives, else 525 pixels at a width of 640
-//   fx fy cx cy k1 k2 p1 p2 k3 depth_scale   over the calibration
+//   fx fy cx cy k1 k2 p1 p2 k3 depth_scale noise_least_m noise_growth_per_m noise_best_m   over the calibration
 //
 // A device's stamps count from its own start: times are its stamps plus the address's clock_offset. When it comes back
 // with a new clock, time goes on after what was waited for it. A recording's times are its stamps. A device that was
