@@ -27,7 +27,7 @@ class Machine {
       for (const auto& tool : fs::directory_iterator(place))
         if (const fs::path link = bin(tool.path().filename()); !fs::is_symlink(link))
           fs::create_symlink(tool.path(), link);
-    for (const char* file : {".ci/camera-test", ".ci/packages.sh"}) {
+    for (const char* file : {".ci/camera-test", ".ci/machine.sh", ".ci/packages.sh"}) {
       fs::create_directories((folder_.path() / "tree" / file).parent_path());
       fs::copy_file(fs::path(kSource) / file, folder_.path() / "tree" / file);
     }
