@@ -33,11 +33,10 @@ Status MemoryStore::append(Record record) {
 }
 
 Error MemoryStore::full(const Record& record) const {
-  const bool bulk = is_bulk(record.id.log);
-  return {"the store is full",
-          std::to_string(used_) + " of " + std::to_string(budget_) + " bytes (network.store_budget_mb) are used" +
-              (bulk ? ", the last tenth is for control and poses" : "") + "; a record of " +
-              record.id.log.robot.name() + " with " + std::to_string(record.body.size()) + " bytes is not kept"};
+  return {"the store is full", std::to_string(used_) + " of " + std::to_string(budget_) +
+                                   " bytes (network.store_budget_mb) are used" + what_is_left(record.id.log) +
+                                   "; a record of " + record.id.log.robot.name() + " with " +
+                                   std::to_string(record.body.size()) + " bytes is not kept"};
 }
 
 std::shared_ptr<const Record> MemoryStore::find(const RecordId& id) const {

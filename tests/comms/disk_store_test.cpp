@@ -95,20 +95,22 @@ TEST(DiskStore, FullRefusesVoxelsFirstAndSaysWhy) {
   MemoryDisk disk;
   auto store = opened(disk, small(1u << 20));
   SignedLogs logs;
-  std::size_t voxels = 0, poses = 0;
-  const LogId bulk{kRobot, 3, 1}, pose{kRobot, 1, 1};
+  std::size_t voxels = 0, features = 0, poses = 0;
+  const LogId bulk{kRobot, 3, 1}, feature{kRobot, 2, 1}, pose{kRobot, 1, 1};
   while (store->append(logs.next(bulk, 1, body(2000)))) ++voxels;
   const auto refused = store->append(logs.record({bulk, static_cast<std::uint32_t>(voxels)}, 1, body(2000)));
   EXPECT_THAT(refused.error().text(), testing::HasSubstr("network.store_budget_mb"));
-  EXPECT_THAT(refused.error().text(), testing::HasSubstr("the last tenth is for control and poses"));
+  EXPECT_THAT(refused.error().text(), testing::HasSubstr("the last tenth is for control, poses and features"));
   const auto seq = static_cast<std::uint32_t>(voxels);
   EXPECT_FALSE(store->append(logs.record({bulk, seq}, 1, body(1500), 0)));
   EXPECT_TRUE(store->append(logs.record({bulk, seq}, 1, body(30), 0))) << "it names one that makes room";
+  while (store->append(logs.next(feature, 1, body(2000)))) ++features;
   while (store->append(logs.next(pose, 1, body(2000)))) ++poses;
   EXPECT_GE(voxels, 300u);
-  EXPECT_GE(poses, 30u);
+  EXPECT_GE(features, 15u) << "without which voxels have no place";
+  EXPECT_GE(poses, 15u);
   EXPECT_LE(store->bytes(), 1u << 20);
-  EXPECT_EQ(store->view().refused_full, 4u);
+  EXPECT_EQ(store->view().refused_full, 5u);
 }
 
 TEST(DiskStore, OneRobotDoesNotFillItForAll) {

@@ -76,10 +76,9 @@ Error DiskStore::Impl::refused_by_disk(const Record& record, DiskFault fault) {
 }
 
 Error DiskStore::Impl::full(const Record& record, const std::string& of_what) const {
-  const bool bulk = is_bulk(record.id.log);
-  return {"the log is full", fmt::format("{} (network.store_budget_mb){}; a record of {} with {} bytes is not kept",
-                                         of_what, bulk ? ", the last tenth is for control and poses" : "",
-                                         record.id.log.robot.name(), record.body.size())};
+  return {"the log is full",
+          fmt::format("{} (network.store_budget_mb){}; a record of {} with {} bytes is not kept", of_what,
+                      what_is_left(record.id.log), record.id.log.robot.name(), record.body.size())};
 }
 
 DiskFault DiskStore::Impl::write_frame(const Record& record, RecordPlace& place) {
