@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "mapping/team/needless_keyframes.hpp"
 #include "support/explorer.hpp"
 #include "support/poses.hpp"
 #include "team/verify_clouds.hpp"
@@ -32,6 +33,18 @@ TEST(VerifyRobots, TwoRobotsInOneRoomAreRelatedAsTheyAre) {
     EXPECT_LT(off.t.norm(), 0.04);
     EXPECT_LT(test::rotation_angle(off.R), 0.02);
   }
+}
+
+// Keyframes of which the places alone are left lie beside others, too, and show nothing.
+TEST(VerifyRobots, WhatIsAPlaceAloneSpeaksAgainstNothing) {
+  const std::string living_room = "simulated:living-room?frames=100&robot=";
+  Explorer a = explore(living_room + "1"), b = explore(living_room + "2");
+  for (Explorer* robot : {&a, &b})
+    for (std::size_t i = 0; i < robot->keyframes.size(); ++i)
+      if (i % 3 != 0) robot->keyframes[i] = place_alone(robot->keyframes[i]);
+  const LinkRecord link = verify_robots(kA, a.keyframes, kB, b.keyframes, {});
+  EXPECT_EQ(link.reason, LinkReason::accepted);
+  EXPECT_GE(link.supporting_pairs, 2u);
 }
 
 TEST(VerifyRobots, OrbLinksThemToo) {

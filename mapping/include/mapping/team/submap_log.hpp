@@ -10,7 +10,7 @@ namespace onemap::mapping {
 
 // A record of voxels, and what its header says.
 struct SubmapPlace {
-  RecordPtr record;            // nullptr: it is malformed, or its body is gone
+  RecordPtr record;            // nullptr: it is malformed, without blocks, or its body is gone
   std::uint32_t sequence = 0;  // in its log
   std::uint32_t anchor = 0;    // the keyframe in whose frame they lie
   std::size_t blocks = 0;
