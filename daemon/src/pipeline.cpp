@@ -15,6 +15,7 @@ constexpr std::uint64_t kShortChain = 10;     // keyframes
 constexpr std::uint64_t kLookEach = 15;       // frames
 constexpr std::size_t kMostPoses = 1u << 20;  // 38 MB; of a longer way every second, fourth, ... is written
 constexpr auto kLongestPatience = std::chrono::minutes(5);
+constexpr auto kPosesEach = std::chrono::seconds(1);    // a record of the way: its head is as long as seven poses
 constexpr auto kStuckAfter = std::chrono::seconds(10);  // a frame, or one piece handed over
 
 }  // namespace
@@ -127,6 +128,7 @@ void Pipeline::run() {
 
 void Pipeline::process(const hal::FrameView& frame) {
   const Duration before = thread_cpu_time();
+  frame_time_ = frame.colour_time;
   const mapping::FrameReport report = mapper_->process(frame);
   const Duration after = thread_cpu_time();
   times_.end_frame(after - before);
@@ -230,7 +232,10 @@ bool Pipeline::take(Publisher::Sealed& into) {
   into.what = What::keyframe;
   if (mapper_->take_keyframe(into.keyframe)) return true;
   into.what = What::poses;
-  return mapper_->take_poses(into.poses);
+  if (!ending_ && frame_time_ < poses_due_) return false;
+  if (mapper_->take_poses(into.poses)) return true;
+  poses_due_ = frame_time_ + kPosesEach;
+  return false;
 }
 
 void Pipeline::keep(const Publisher::Sealed& sealed) {

@@ -11,20 +11,21 @@ namespace onemap::daemon {
 
 namespace {
 constexpr auto kFinishRetry = std::chrono::seconds(1);
-constexpr unsigned kMostNewLives = 3;    // neighbours that say more often that we are outlived are wrong
-constexpr std::size_t kMostUnnamed = 8;  // needless records that wait for others to name them
+constexpr unsigned kMostNewLives = 3;  // neighbours that say more often that we are outlived are wrong
+// Needless records that wait for others to name them: a name of its own costs a head.
+constexpr std::size_t kMostUnnamed = 256, kMostUnnamedWhenTight = 8;
 }  // namespace
 
 void Radio::append_published(Instant now) {
   {
     const std::lock_guard lock(mutex_);
-    if (finish_) frames_to_finish_ = std::exchange(finish_, std::nullopt);
+    if (finish_) frames_to_finish_ = std::exchange(finish_, std::nullopt), work_over_ = true;
     node_->set_local_status(now, map_digest_, flags_);
     said_digest_ = map_digest_;
   }
   take_spare();
   replace_keyframes(now);
-  name_needless(now, kMostUnnamed);
+  name_needless(now, may_wait());
   // What was published before the work was finished is in the queue by now.
   while (auto record = outbox_.try_pop()) append(now, std::move(*record));
   if (!frames_to_finish_ || now < finish_again_) return;
@@ -51,6 +52,12 @@ void Radio::name_needless(Instant now, std::size_t leave) {
     if (!append_body(now, empty)) return;
     published_.count(empty);
   }
+}
+
+// Names may wait while there is room and something will come that carries them.
+std::size_t Radio::may_wait() const {
+  const bool tight = store_.log->bytes() > config_.store_budget_bytes / 8 * 5;
+  return tight || work_over_ ? kMostUnnamedWhenTight : kMostUnnamed;
 }
 
 // While the store is full, too: it takes what makes room.
@@ -116,6 +123,8 @@ void Radio::rise_again() {
 // The camera is somewhere else: what comes now hangs on nothing that came before. This life is over and keeps its
 // worth.
 void Radio::end_life(Instant now, OutgoingRecord hello) {
+  take_spare();
+  name_needless(now, 0);
   append_finished(now, *hello.ends_life_of);
   hello.ends_life_of.reset();
   const std::uint64_t before = life_.number();

@@ -124,6 +124,7 @@ class Pipeline {
   std::uint64_t poses_seen_ = 0, poses_each_ = 1;                                   // of so many one is kept
   std::uint64_t keyframes_published_ = 0, frames_before_ = 0, tracked_before_ = 0;  // before: of earlier chains
   std::uint32_t chains_ended_ = 0;
+  FrameTime frame_time_{}, poses_due_{};     // of the present frame; poses are handed over no earlier
   mapping::Pose T_first_chain_, last_pose_;  // the present chain's frame in the first one's
   std::optional<FrameTime> lost_at_;         // since when it sees something and is lost
   Duration patience_{};

@@ -115,6 +115,7 @@ class Radio {
   void append_published(Instant now);
   void append(Instant now, OutgoingRecord record);
   Result<RecordId> append_body(Instant now, OutgoingRecord& record);
+  std::size_t may_wait() const;
   void name_needless(Instant now, std::size_t leave);
   void take_spare();
   void replace_keyframes(Instant now);
@@ -146,6 +147,7 @@ class Radio {
   Published published_;
   std::uint64_t sent_before_ = 0, received_before_ = 0;  // bytes, by the nodes of this robot's lives before
   std::optional<std::uint32_t> frames_to_finish_;        // Finished is due, with these frames
+  bool work_over_ = false;                               // this robot maps no more
   Instant finish_again_{};
 
   BlockingQueue<OutgoingRecord> outbox_{kOutbox};
