@@ -19,11 +19,12 @@ constexpr std::array kBackends{
     hal::Backend{"simulated", "a room from formulas: simulated:SCENE?robot=N&robots=M&frames=F&seed=S",
                  hal::open_simulated, hal::check_simulated},
     hal::Backend{"v4l2", "a UVC depth camera (RealSense, Orbbec): v4l2: or v4l2:/dev/videoN?calibration=FILE",
-                 hal::open_v4l2, nullptr, hal::list_v4l2},
+                 hal::open_v4l2, hal::check_v4l2, hal::list_v4l2},
     hal::Backend{"openni2",
                  "PrimeSense, Xtion, Kinect-class devices and .oni files: openni2:, openni2:URI or openni2:FILE.oni",
-                 hal::open_openni2, nullptr, hal::list_openni2},
-    hal::Backend{"libusb", "Kinect v1 on USB: libusb: or libusb:SERIAL", hal::open_libusb, nullptr, hal::list_libusb},
+                 hal::open_openni2, hal::check_openni2, hal::list_openni2},
+    hal::Backend{"libusb", "Kinect v1 on USB: libusb: or libusb:SERIAL", hal::open_libusb, hal::check_libusb,
+                 hal::list_libusb},
 };
 }  // namespace
 

@@ -135,7 +135,12 @@ TEST(Programs, WrongCommandLinesAndConfigurationsEndWithTwoAndTouchNothing) {
   const std::pair<const char*, const char*> cameras[] = {{"teapot:earl-grey", "known: replay, simulated"},
                                                          {"living-room", "BACKEND:PLACE"},
                                                          {"simulated:living-room?legs=4", "legs"},
-                                                         {"replay:x?fx=1e300", "fx: 1e300 is not within"}};
+                                                         {"replay:x?fx=1e300", "fx: 1e300 is not within"},
+                                                         {"v4l2:video0", "expected v4l2: or v4l2:/dev/videoN"},
+                                                         {"v4l2:?fps=0", "fps=0: expected a whole number"},
+                                                         {"openni2:?mode=big", "mode=big: expected WIDTHxHEIGHT@FPS"},
+                                                         {"libusb:?tilt=3", "unknown option 'tilt'"},
+                                                         {"libusb:?calibration=none.txt", "none.txt"}};
   for (const auto& [camera, why] : cameras) {
     const Ran ran = once(folder, {}, "out", camera);
     EXPECT_EQ(ran.status, 2) << ran.text;

@@ -39,7 +39,7 @@ struct Backend {
   std::string_view name;
   std::string_view description;  // for --help: what it opens, with its address form
   Result<std::unique_ptr<DepthCamera>> (*open)(const CameraAddress& address);
-  Status (*check)(const CameraAddress& address) = nullptr;  // the address's form alone: nothing is touched
+  Status (*check)(const CameraAddress& address) = nullptr;  // form, options and the files that these name; no device
   // What is there now, the best first, without disturbing a camera in use. Null for what is not found but named
   // (recordings, simulations).
   std::vector<CameraInfo> (*list)() = nullptr;

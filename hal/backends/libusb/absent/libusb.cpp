@@ -3,10 +3,12 @@
 
 namespace onemap::hal {
 
-Result<std::unique_ptr<DepthCamera>> open_libusb(const CameraAddress& address) {
+Status check_libusb(const CameraAddress& address) {
   return Error{"camera address '" + address.text + "'",
                "this build has no libfreenect (libfreenect-dev was not there when it was configured)"};
 }
+
+Result<std::unique_ptr<DepthCamera>> open_libusb(const CameraAddress& address) { return check_libusb(address).error(); }
 
 std::vector<CameraInfo> list_libusb() { return {}; }
 

@@ -11,6 +11,11 @@
 
 namespace onemap::hal {
 
+Status check_libusb(const CameraAddress& address) {
+  const auto parsed = libusb::parse_address(address);
+  return parsed ? success() : Status(parsed.error());
+}
+
 Result<std::unique_ptr<DepthCamera>> open_libusb(const CameraAddress& address) {
   auto parsed = libusb::parse_address(address);
   if (!parsed) return parsed.error();

@@ -31,6 +31,11 @@ std::string problem_of(std::string_view uri) {
 
 }  // namespace
 
+Status check_openni2(const CameraAddress& address) {
+  const auto parsed = openni2::parse_address(address);
+  return parsed ? success() : Status(parsed.error());
+}
+
 Result<std::unique_ptr<DepthCamera>> open_openni2(const CameraAddress& address) {
   auto parsed = openni2::parse_address(address);
   if (!parsed) return parsed.error();

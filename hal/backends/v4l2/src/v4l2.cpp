@@ -56,6 +56,11 @@ CameraInfo describe(const NodePlace& depth) {
 
 }  // namespace
 
+Status check_v4l2(const CameraAddress& address) {
+  const auto parsed = parse_v4l2_address(address);
+  return parsed ? success() : Status(parsed.error());
+}
+
 Result<std::unique_ptr<DepthCamera>> open_v4l2(const CameraAddress& address) {
   const auto parsed = parse_v4l2_address(address);
   if (!parsed) return parsed.error();

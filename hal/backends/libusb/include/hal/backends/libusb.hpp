@@ -21,6 +21,9 @@ namespace onemap::hal {
 // number where it has one, is plugged in.
 Result<std::unique_ptr<DepthCamera>> open_libusb(const CameraAddress& address);
 
+// Its form and its options, before any device is looked for. The calibration file that it names is read.
+Status check_libusb(const CameraAddress& address);
+
 // The Kinects on this machine's USB; the problem says when one cannot be opened or has no high-speed port.
 std::vector<CameraInfo> list_libusb();
 

@@ -27,6 +27,9 @@ namespace onemap::hal {
 // so are frames that the driver dropped for want of a buffer.
 Result<std::unique_ptr<DepthCamera>> open_v4l2(const CameraAddress& address);
 
+// Its form and its options, before any device is looked for.
+Status check_v4l2(const CameraAddress& address);
+
 // Every device with a depth node, and every node that may not be opened; those that can be used first.
 std::vector<CameraInfo> list_v4l2();
 
