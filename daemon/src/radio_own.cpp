@@ -13,7 +13,7 @@ namespace {
 constexpr auto kFinishRetry = std::chrono::seconds(1);
 constexpr unsigned kMostNewLives = 3;  // neighbours that say more often that we are outlived are wrong
 // Needless records that wait for others to name them: a name of its own costs a head.
-constexpr std::size_t kMostUnnamed = 256, kMostUnnamedWhenTight = 8;
+constexpr std::size_t kMostUnnamed = 64, kMostUnnamedWhenTight = 8;
 }  // namespace
 
 void Radio::append_published(Instant now) {
