@@ -7,7 +7,7 @@
 //   recall: each keyframe asks for the others of other chains; R@k = right links among the first k, over min(k, right
 //           links of that keyframe). The place index beside exhaustive search with the same votes and beside matching
 //           all pairs, with the processor time of one thread.
-//   place_bench DATA_FOLDER [--no-links] [--copies N]
+//   bench_place [DATA_FOLDER] [--no-links] [--copies N]
 #include <fmt/core.h>
 #include <time.h>
 
@@ -375,9 +375,13 @@ int main(int argc, char** argv) {
     if (!std::strcmp(argv[i], "--no-links"))
       links = false;
     else if (!std::strcmp(argv[i], "--copies") && i + 1 < argc)
-      copies = std::stoull(argv[++i]);
+      copies = static_cast<std::size_t>(std::max(1, std::atoi(argv[++i])));
     else
       data = argv[i];
+  }
+  if (data.starts_with('-')) {
+    fmt::print(stderr, "usage: bench_place [DATA_FOLDER] [--no-links] [--copies N]\n");
+    return 2;
   }
   std::vector<View> views;
   Costs costs;

@@ -138,9 +138,14 @@ void measure(int count, int frames) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const int frames = argc > 1 ? std::atoi(argv[1]) : 150;
   std::vector<int> counts;
-  for (int i = 2; i < argc; ++i) counts.push_back(std::atoi(argv[i]));
+  for (int i = 1; i < argc; ++i) counts.push_back(std::atoi(argv[i]));
+  if (std::ranges::any_of(counts, [](int n) { return n < 1; })) {
+    fmt::print(stderr, "usage: bench_team [FRAMES [ROBOTS...]]\n");
+    return 2;
+  }
+  const int frames = counts.empty() ? 150 : counts.front();
+  if (!counts.empty()) counts.erase(counts.begin());
   if (counts.empty()) counts = {2, 5, 10, 20};
   for (const int count : counts) measure(count, frames);
 }
