@@ -48,6 +48,26 @@ TEST(PairSchedule, CostlyLooksAreRarer) {
   EXPECT_TRUE(schedule.due(mine, kOther, {4, false}, kStart + 55s));
 }
 
+// However many chains there are, other work has its turn.
+TEST(PairSchedule, AllChainsTogetherTakeAThirdOfTheTime) {
+  PairSchedule schedule(10s);
+  const Keyframes mine{4, false}, theirs{3, false};
+  schedule.verified(mine, kOther, theirs, false, kStart);
+  schedule.took(kOther, 5s);
+  EXPECT_FALSE(schedule.due(mine, kAnother, theirs, kStart + 14s));
+  EXPECT_TRUE(schedule.due(mine, kAnother, theirs, kStart + 15s));
+  EXPECT_TRUE(schedule.due({4, true}, kAnother, {3, true}, kStart + 6s)) << "the end does not wait";
+}
+
+TEST(PairSchedule, ALinkThatIsNotThereIsMoreThanKeyframes) {
+  PairSchedule schedule(10s);
+  const Keyframes mine{4, false};
+  schedule.verified(mine, kOther, {4, false}, true, kStart);
+  EXPECT_GT(schedule.gain(mine, kAnother, {3, false}), schedule.gain(mine, kOther, {90, false}));
+  schedule.verified(mine, kAnother, {3, false}, true, kStart);
+  EXPECT_LT(schedule.gain(mine, kAnother, {5, false}), schedule.gain(mine, kOther, {90, false}));
+}
+
 // What a few keyframes more make whole again does not part a map for an interval.
 TEST(PairSchedule, ALinkIsGoneWhenItIsRefusedTwiceInARow) {
   PairSchedule schedule(10s);

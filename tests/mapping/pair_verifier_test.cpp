@@ -87,6 +87,18 @@ TEST_F(PairVerifierTest, WhileMappingARefusalIsNoNews) {
   EXPECT_FALSE(look->news);
 }
 
+// d has more to look at than c, whose id is lower.
+TEST_F(PairVerifierTest, LooksFirstWhereMostIsToBeGained) {
+  Author d = test::small_robot("d");
+  for (int k = 0; k < 3; ++k) d.keyframe();
+  for (const Author* author : {&b, &c, &d}) take(*author);
+  PairVerifier eager{{}, places, 10s, 10s};
+  const auto first = eager.next(at(1s), kPairStart + 1s, never), second = eager.next(at(1s), kPairStart + 1s, never);
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(first->link.b, d.id());
+  EXPECT_EQ(second->link.b, c.id());
+}
+
 TEST_F(PairVerifierTest, StoppedItDoesNothing) {
   take_all();
   EXPECT_FALSE(verifier.next(at(1s), kPairStart + 1s, [] { return true; }));

@@ -36,14 +36,18 @@ std::optional<PairVerifier::Look> PairVerifier::next(const Agreement& team, Inst
   const TeamMember* own = team.log().own();
   if (own == nullptr) return std::nullopt;
   if (std::exchange(own_, self) != self) schedule_.clear();
+  const PairSchedule::Keyframes have = count(team, self, *own);
+  std::optional<std::pair<PairSchedule::Gain, ChainId>> best;
   for (const ChainId& other : team.chains()) {
     const TeamMember* theirs = team.log().find(other);
     if (other == self || theirs == nullptr || team.log().rulings().apart(self, other)) continue;
     if (!mine(team, other, now)) continue;
-    if (schedule_.due(count(team, self, *own), other, count(team, other, *theirs), now))
-      return look(team, other, now, stop);
+    const PairSchedule::Keyframes they_have = count(team, other, *theirs);
+    if (!schedule_.due(have, other, they_have, now)) continue;
+    const PairSchedule::Gain gain = schedule_.gain(have, other, they_have);
+    if (!best || gain > best->first) best = {gain, other};
   }
-  return std::nullopt;
+  return best ? look(team, best->second, now, stop) : std::nullopt;
 }
 
 std::optional<PairVerifier::Look> PairVerifier::look(const Agreement& team, const ChainId& other, Instant now,

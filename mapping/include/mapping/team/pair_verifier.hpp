@@ -10,9 +10,9 @@
 
 namespace onemap::mapping {
 
-// Looks at the pairs of chains that are this robot's to look at, when they are due: of its present life those with
-// higher ids, and those with lower ones that are earlier lives, or gone, or let the team wait for long. The others'
-// keyframes ask this robot's places. Used by one thread.
+// Looks at the pairs of chains that are this robot's to look at, when they are due, the greatest gain first: of its
+// present life those with higher ids, and those with lower ones that are earlier lives, or gone, or let the team wait
+// for long. The others' keyframes ask this robot's places. Used by one thread.
 class PairVerifier {
  public:
   // interval: see PairSchedule; patience: with a lower robot that lives and does not look.
