@@ -63,6 +63,7 @@ Status App::open_team() {
   team.lost_after = seconds(config_.lost_after_s);
   Radio::Listener listener;
   listener.applied = [this](auto record) { team_->apply(std::move(record)); };
+  listener.has_room = [this] { return team_->has_room(); };
   listener.new_life = [this](std::uint64_t incarnation, bool repeats) { team_->begin_life(incarnation, repeats); };
   auto radio = Radio::open(config_, std::move(listener), failures_, log_);
   if (!radio) return radio.error();

@@ -248,8 +248,8 @@ void Radio::turn() {
   if (t >= next_deadline()) on_timer(t);
   comms::OutgoingDatagram datagram;
   while (next_outgoing(datagram)) ++(port_->send(datagram) ? sends_ : sends_failed_);
-  hand_out_applied();
-  if (!frames_to_finish_ && node_->own_settled()) settled_ = handed_in;
+  const bool all = hand_out_applied();
+  if (all && !frames_to_finish_ && node_->own_settled()) settled_ = handed_in;
   if (t - looked_ < kLookInterval) return;
   looked_ = t;
   node_->bring(t, comms::Scalar::clock_offset, to_seconds(wall_clock_offset()));
@@ -263,15 +263,22 @@ void Radio::turn() {
   update_view(t);
 }
 
-void Radio::hand_out_applied() {
+// False: some wait, for want of room.
+bool Radio::hand_out_applied() {
   std::shared_ptr<const Record> record;
-  while (node_->next_applied(record)) {
-    RecordTally& tally = records_[record->id.log.robot];
-    const std::size_t kind = record->kind < RecordTally::kKinds ? record->kind : 0;
-    ++tally.records[kind];
-    tally.bytes[kind] += record->body.size();
-    listener_.applied(std::move(record));
+  while (listener_.has_room()) {
+    if (!node_->next_applied(record)) return true;
+    hand_out(std::move(record));
   }
+  return false;
+}
+
+void Radio::hand_out(std::shared_ptr<const Record> record) {
+  RecordTally& tally = records_[record->id.log.robot];
+  const std::size_t kind = record->kind < RecordTally::kKinds ? record->kind : 0;
+  ++tally.records[kind];
+  tally.bytes[kind] += record->body.size();
+  listener_.applied(std::move(record));
 }
 
 void Radio::receive_some() {

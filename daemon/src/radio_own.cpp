@@ -107,7 +107,8 @@ bool Radio::append_finished(Instant now, std::uint32_t frames) {
 // A node for the life that life_ tells by now; what the store holds everybody here has heard of.
 void Radio::rise_again() {
   if (store_.kept != nullptr) store_.kept->flush();  // the new node takes all that is here for told
-  hand_out_applied();
+  std::shared_ptr<const Record> known;
+  while (node_->next_applied(known)) hand_out(std::move(known));
   sent_before_ += counters().bytes_sent;
   received_before_ += counters().bytes_received;
   node_config_.incarnation = life_.number();
@@ -115,7 +116,6 @@ void Radio::rise_again() {
   remains_.clear();
   begin_node();
   logged_refusals_ = {};  // a new node counts anew
-  std::shared_ptr<const Record> known;
   while (node_->next_applied(known)) {
   }
 }

@@ -41,10 +41,16 @@ void Team::stop(Duration for_the_map) {
 void Team::apply(std::shared_ptr<const Record> record) {
   {
     const std::lock_guard lock(mutex_);
+    inbox_.bytes += record->body.size();
     inbox_.records.push_back(std::move(record));
     view_.settled = false;  // until the thread has looked at it
   }
   wake_.notify_one();
+}
+
+bool Team::has_room() const {
+  const std::lock_guard lock(mutex_);
+  return inbox_.bytes < kInboxBytes;
 }
 
 void Team::begin_life(std::uint64_t incarnation, bool repeats) {

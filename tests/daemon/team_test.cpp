@@ -59,6 +59,17 @@ struct TeamThread : testing::Test {
   }
 };
 
+TEST_F(TeamThread, TakesSoManyBytesAtATime) {
+  Team idle(
+      self.id(), self.incarnation(), config, [](OutgoingRecord) {}, failures, log);  // not started
+  std::size_t taken = 0;
+  for (; idle.has_room() && taken < 100; ++taken) {
+    Record large{{{other.id(), 3, 1}, static_cast<std::uint32_t>(taken)}, 4, std::vector<std::uint8_t>(1u << 20)};
+    idle.apply(std::make_shared<const Record>(std::move(large)));
+  }
+  EXPECT_EQ(taken, Team::kInboxBytes >> 20);
+}
+
 TEST_F(TeamThread, WorksOnWhatItIsGivenUntilTheMapIsSettled) {
   self.finish();
   other.finish();

@@ -65,6 +65,7 @@ class Radio {
  public:
   struct Listener {
     std::function<void(std::shared_ptr<const Record>)> applied;  // each record once, own and others'
+    std::function<bool()> has_room;                              // for one more; until then they wait in the store
     // This robot goes on under this number; repeats: and its records come again.
     std::function<void(std::uint64_t incarnation, bool repeats)> new_life;
   };
@@ -123,7 +124,8 @@ class Radio {
   void begin_new_life(Instant now);
   void end_life(Instant now, OutgoingRecord hello);
   void rise_again();
-  void hand_out_applied();
+  bool hand_out_applied();
+  void hand_out(std::shared_ptr<const Record> record);
   void log_complaints();
   void log_neighbours();
   void log_refusals();

@@ -38,7 +38,9 @@ class Team {
   // Whatever is being done; the map that was being built gets so long.
   static constexpr Duration kForTheMap = std::chrono::milliseconds(1500);
   void stop(Duration for_the_map = kForTheMap);
-  void apply(std::shared_ptr<const Record> record);  // from the radio; the store bounds how much can wait
+  void apply(std::shared_ptr<const Record> record);  // from the radio, which asks first whether there is room
+  static constexpr std::size_t kInboxBytes = 8u << 20;
+  bool has_room() const;  // fewer bytes than that wait to be applied, in bodies
   // From the radio: this robot goes on under this number. repeats: its records come again, and those of the life before
   // do not count.
   void begin_life(std::uint64_t incarnation, bool repeats);
@@ -57,6 +59,7 @@ class Team {
  private:
   struct Inbox {
     std::vector<std::shared_ptr<const Record>> records;
+    std::size_t bytes = 0;                                   // of their bodies
     std::optional<std::pair<std::uint64_t, bool>> new_life;  // before those of the records that are of it; repeats
     std::map<RobotId, Instant> last_sign;
     std::set<RobotId> records_complete;
