@@ -7,6 +7,7 @@
 
 #include "daemon/clock.hpp"
 #include "daemon/control/replies.hpp"
+#include "daemon/heap.hpp"
 #include "daemon/reload.hpp"
 #include "hal/base/text.hpp"
 #include "mapping/records/hello.hpp"
@@ -16,6 +17,7 @@ namespace onemap::daemon {
 namespace {
 constexpr auto kTick = std::chrono::milliseconds(50);
 constexpr auto kStatusInterval = std::chrono::milliseconds(250);
+constexpr auto kHolesInterval = std::chrono::seconds(30);
 constexpr auto kSayInterval = std::chrono::seconds(10);
 constexpr auto kStuckPatience = std::chrono::seconds(5);
 constexpr Duration kLastWords = std::chrono::seconds(2);  // for neighbours to take control and pose records at the end
@@ -159,6 +161,10 @@ void App::tick() {
   snapshots_->tick(t, team_->view().digest);
   output_actions_->tick();
   map_keeper_->tick(team_->view().digest, map_agreement_.agreed(), t);
+  if (t - holes_at_ >= kHolesInterval) {
+    holes_at_ = t;
+    give_back_holes();
+  }
   if (t - status_at_ < kStatusInterval) return;
   status_at_ = t;
   const DaemonStatus s = status();

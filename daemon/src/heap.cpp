@@ -17,6 +17,8 @@ void give_memory_back() {
   (void)mallopt(M_TRIM_THRESHOLD, kFreeTop);
 }
 
+void give_back_holes() { (void)malloc_trim(0); }
+
 void keep_memory() {
   constexpr std::uintptr_t kHugePage = 2 << 20;
   constexpr int kRoom = 1 << 30;  // addresses, not memory

@@ -96,7 +96,7 @@ class App {
   std::unique_ptr<Pipeline> pipeline_;             // takes from the capture's queue, so it goes first
   Standing standing_;
   MapAgreement map_agreement_;
-  Instant finished_at_{}, agreed_at_{}, stuck_at_{}, status_at_{}, said_at_{};
+  Instant finished_at_{}, agreed_at_{}, stuck_at_{}, status_at_{}, said_at_{}, holes_at_{};
   bool finished_ = false, asked_to_stop_ = false, status_written_ = true;
   std::optional<KeptMap> kept_map_;
   std::unique_ptr<MapKeeper> map_keeper_;
