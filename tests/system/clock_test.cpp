@@ -31,21 +31,22 @@ TEST(Clock, AWallClockThatJumpsByAnHourChangesNothing) {
   const auto pa = test::free_port(), pb = test::free_port();
   const auto arguments = [&](int number, const std::string& jump, int own, int other) {
     const std::string id(1, static_cast<char>('a' + number - 1));
-    return std::vector<std::string>{"LD_PRELOAD=" ONEMAP_BIN_DIR "/clock_jump.so",
-                                    "CLOCK_JUMP_AFTER_S=4",
-                                    "CLOCK_JUMP_S=" + jump,
-                                    ONEMAP_BIN_DIR "/onemapd",
-                                    "--id",
-                                    id,
-                                    "--out",
-                                    folder / id,
-                                    "--camera",
-                                    fmt::format("simulated:living-room?seed=3&robots=2&frames=240&robot={}", number),
-                                    "--once",
-                                    "--listen",
-                                    fmt::format("127.0.0.1:{}", own),
-                                    "--peer",
-                                    fmt::format("127.0.0.1:{}", other)};
+    return std::vector<std::string>{
+        "LD_PRELOAD=" ONEMAP_BIN_DIR "/clock_jump.so",
+        "CLOCK_JUMP_AFTER_S=4",
+        "CLOCK_JUMP_S=" + jump,
+        ONEMAP_BIN_DIR "/onemapd",
+        "--id",
+        id,
+        "--out",
+        folder / id,
+        "--camera",
+        fmt::format("simulated:living-room?width=320&height=240&seed=3&robots=2&frames=240&robot={}", number),
+        "--once",
+        "--listen",
+        fmt::format("127.0.0.1:{}", own),
+        "--peer",
+        fmt::format("127.0.0.1:{}", other)};
   };
   auto a = daemon::ChildProcess::start("/usr/bin/env", arguments(1, "3600", pa, pb), folder / "a.log");
   auto b = daemon::ChildProcess::start("/usr/bin/env", arguments(2, "-3600", pb, pa), folder / "b.log");

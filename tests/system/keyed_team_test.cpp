@@ -15,7 +15,7 @@ using test::TempFolder;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr const char* kWalk = "simulated:office?frames=100000&robots=2&robot=";
+constexpr const char* kWalk = "simulated:office?width=320&height=240&frames=100000&robots=2&robot=";
 
 TEST(KeyedTeam, ThreeRobotsEndWithOneDigest) {
   const TempFolder folder;

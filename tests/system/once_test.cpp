@@ -72,7 +72,7 @@ TEST(Once, TheSameStreamGivesTheSameBytes) {
 // Two seconds where it has the machine for itself; here other tests have it, too.
 TEST(Once, SigtermStopsSoonAndWritesWhatThereIs) {
   const TempFolder out;
-  const std::string camera = "simulated:living-room?robot=1&robots=3&frames=100000&seed=3";
+  const std::string camera = "simulated:living-room?width=320&height=240&robot=1&robots=3&frames=100000&seed=3";
   auto daemon = test::start("onemapd", {"--camera", camera, "--once", "--out", out.path().string()}, out / "log.txt");
   for (int i = 0; i < 600; ++i) {  // until it has a little map
     const auto status = nlohmann::json::parse(test::text_of(out / "status.json"), nullptr, false);

@@ -114,7 +114,8 @@ TEST(Onemapctl, SaysWhyTwoRobotsAreJoinedTakesThatBackAndLetsItCountAgain) {
   const auto start = [&](const std::string& name, int number, std::uint16_t own, std::uint16_t other) {
     folder.write(name + ".toml", fmt::format("[run]\nmerge_while_mapping_s = 1\n[control]\nsocket = \"{}\"\n",
                                              folder / (name + ".sock")));
-    return Robot(folder, name, fmt::format("simulated:living-room?robot={}&robots=3&frames=60&seed=3", number),
+    return Robot(folder, name,
+                 fmt::format("simulated:living-room?width=320&height=240&robot={}&robots=3&frames=60&seed=3", number),
                  {"--config", folder / (name + ".toml"), "--speed", "max", "--listen", fmt::format("127.0.0.1:{}", own),
                   "--peer", fmt::format("127.0.0.1:{}", other)});
   };

@@ -38,7 +38,8 @@ TEST(Outputs, ARecordedWalkIsMappedAgainAsItWas) {
 TEST(Outputs, WhatAKilledDaemonRecordedPlays) {
   const TempFolder folder;
   const auto config = settings(folder, "[record]\nstart = true\nleast_free_mb = 1\n");
-  Robot killed(folder, "killed", "simulated:living-room?frames=100000&seed=4", {"--config", config});
+  Robot killed(folder, "killed", "simulated:living-room?width=320&height=240&frames=100000&seed=4",
+               {"--config", config});
   const fs::path recording = killed.out() / "recordings/0001";
   ASSERT_TRUE(test::wait_until([&] { return test::lines(recording / "rgb.txt") > 30; }, 60s)) << killed.log();
   killed.process().kill();
@@ -52,7 +53,7 @@ TEST(Outputs, SnapshotsFollowTheMapWhileARobotWorks) {
   const auto config = settings(folder,
                                "[run]\nmerge_while_mapping_s = 1\n[snapshots]\non_change = true\nviews = [\"top\"]\n"
                                "keep = 2\n");
-  Robot robot(folder, "robot", "simulated:house?frames=100000&seed=4", {"--config", config});
+  Robot robot(folder, "robot", "simulated:house?width=320&height=240&frames=100000&seed=4", {"--config", config});
   const fs::path latest = robot.out() / "snapshots/latest";
   ASSERT_TRUE(test::wait_until([&] { return fs::exists(latest / "local.glb"); }, 120s)) << robot.log();
   EXPECT_TRUE(fs::exists(latest / "local_top.png"));

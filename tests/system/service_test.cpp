@@ -46,7 +46,7 @@ class SystemService : public testing::Test {
 };
 
 TEST_F(SystemService, IsReadyThenWatchedAndSaysThatItStops) {
-  ChildProcess robot = start("simulated:office?frames=1000000");
+  ChildProcess robot = start("simulated:office?width=320&height=240&frames=1000000");
   await("READY=1");
   EXPECT_TRUE(earlier_.empty()) << "nothing before it is ready";
   await("WATCHDOG=1");
@@ -60,8 +60,13 @@ TEST_F(SystemService, IsReadyThenWatchedAndSaysThatItStops) {
 
 // Its whole state is on the disk, and what takes long is left out.
 TEST_F(SystemService, AQuickStopKeepsTheMapAndDrawsNothing) {
-  const std::vector<std::string> arguments{
-      "--config", "/dev/null", "--id", "anna", "--quick-stop", "--camera", "simulated:office?frames=1000000"};
+  const std::vector<std::string> arguments{"--config",
+                                           "/dev/null",
+                                           "--id",
+                                           "anna",
+                                           "--quick-stop",
+                                           "--camera",
+                                           "simulated:office?width=320&height=240&frames=1000000"};
   ChildProcess robot = test::start("onemapd", arguments, folder_ / "log");
   await("READY=1");
   const auto has_map = [](const std::string& status) {  // one with something in it
@@ -96,7 +101,7 @@ TEST_F(SystemService, AQuickStopKeepsTheMapAndDrawsNothing) {
 
 // Killed at any moment, it has a map that is at most half a minute old.
 TEST_F(SystemService, TheMapIsKeptWhileItWorks) {
-  ChildProcess robot = start("simulated:office?frames=1000000");
+  ChildProcess robot = start("simulated:office?width=320&height=240&frames=1000000");
   const std::string pointer = folder_ / "state/settled-map";
   for (int i = 0; i < 1200 * kPatience && !std::filesystem::exists(pointer); ++i) std::this_thread::sleep_for(50ms);
   robot.kill();
@@ -117,9 +122,10 @@ TEST_F(SystemService, WithoutACameraItIsNeverReadyAndSaysWhy) {
 
 TEST_F(SystemService, ReadsItsConfigurationAgainAndSaysWhatWaits) {
   folder_.write("c.toml", "[run]\nlinger_s = 3\n");
-  ChildProcess robot = test::start(
-      "onemapd", {"--config", folder_ / "c.toml", "--id", "anna", "--camera", "simulated:office?frames=1000000"},
-      folder_ / "log");
+  ChildProcess robot = test::start("onemapd",
+                                   {"--config", folder_ / "c.toml", "--id", "anna", "--camera",
+                                    "simulated:office?width=320&height=240&frames=1000000"},
+                                   folder_ / "log");
   await("READY=1");
   folder_.write("c.toml", "[run]\nlinger_s = 4\n[map]\nvoxel_m = 0.03\n");
   ASSERT_EQ(::kill(robot.pid(), SIGHUP), 0);

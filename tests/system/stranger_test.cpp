@@ -24,8 +24,8 @@ using testing::HasSubstr;
 using testing::Not;
 using namespace std::chrono_literals;
 
-constexpr const char* kVictimsCamera = "simulated:living-room?robot=1&robots=3&frames=60&seed=3";
-constexpr const char* kLongCamera = "simulated:living-room?robot=1&robots=3&frames=100000&seed=3";
+constexpr const char* kVictimsCamera = "simulated:living-room?width=320&height=240&robot=1&robots=3&frames=60&seed=3";
+constexpr const char* kLongCamera = "simulated:living-room?width=320&height=240&robot=1&robots=3&frames=100000&seed=3";
 
 std::uint16_t kind(RecordKind k) { return static_cast<std::uint16_t>(k); }
 
