@@ -44,6 +44,7 @@ Guard::Impl::Impl(GuardConfig config_, Node& node_, Pins& pins_)
       own(own_side(config)),
       group(team.group, config.incarnation) {
   if (config.key_log) config.key_log("GROUP " + hex(team.group.bytes));
+  for (const auto& [robot, key] : pins.all()) node.pin(robot, key);
 }
 
 std::uint32_t Guard::Impl::new_index() {
@@ -122,6 +123,7 @@ void Guard::Impl::install(const Endpoint& at, Link& link, Transport session) {
   };
   if (pins.look(session.peer().robot, session.peer().identity) == Pins::Verdict::unknown)
     pins.pin(session.peer().robot, session.peer().identity);
+  node.pin(session.peer().robot, session.peer().identity);
   log_keys(session);
   indices[session.own_index()] = at;
   link.attempts = 0;

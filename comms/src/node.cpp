@@ -200,6 +200,11 @@ Result<RecordId> Node::append(Instant now, std::uint8_t lane, std::uint16_t kind
   return impl_->append(lane, kind, std::move(body), replaces);
 }
 
+Refusal Node::take(Instant now, Record record, std::optional<SignedHead> by) {
+  impl_->advance(now);
+  return impl_->take(std::move(record), std::move(by));
+}
+
 bool Node::let_go(const RecordId& id) {
   return impl_->replacements.instead_of(id).has_value() && impl_->store.forget(id);
 }

@@ -81,6 +81,7 @@ struct Node::Impl {
   void on_feedback(Peer& peer, const wire::Feedback& feedback);
   void on_head(Peer& peer, const wire::Head& head);
   void take_fetched();
+  Refusal take(Record record, std::optional<SignedHead> by);  // that nobody here said
   void on_pong(Peer& peer, const wire::Pong& pong);
   void on_later_life(const wire::LaterLife& later);
 

@@ -228,6 +228,19 @@ void Node::Impl::take_fetched() {
   plan_due = true;
 }
 
+Refusal Node::Impl::take(Record record, std::optional<SignedHead> by) {
+  const LogId log = record.id.log;
+  Refusal reason = Refusal::count;
+  if (log.robot == config.self && log.incarnation == config.incarnation)
+    reason = Refusal::own_log_ahead;  // nobody else writes this life's logs
+  else if (record.id.seq != held(log))
+    reason = Refusal::data_unasked;
+  if (reason != Refusal::count) return refuse(reason), reason;
+  reason = fetcher.take(now, std::move(record), std::move(by));
+  take_fetched();
+  return reason;
+}
+
 void Node::Impl::on_pong(Peer& peer, const wire::Pong& pong) {
   if (const auto time = peer.pings.answered(now, pong.token)) peer.round_trip.sample(*time);
 }

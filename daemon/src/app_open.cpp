@@ -103,7 +103,10 @@ Status App::open_control() {
   const Control::Sources sources{[this] { return facts(); },
                                  [this](const PoseNow& pose) { return map_correction(team_->view(), pose); }};
   ControlActions actions = team_actions(*team_);
-  output_actions_ = std::make_unique<OutputActions>(config_, *snapshots_, *recorder_, take_from(*team_));
+  OwnRecords own{[this](const auto& question, const auto& stop) { return radio_->ask(question, stop); },
+                 radio_->kept()};
+  output_actions_ =
+      std::make_unique<OutputActions>(config_, *snapshots_, *recorder_, take_from(*team_), std::move(own));
   output_actions_->add_to(actions);
   control_ = std::make_unique<Control>(*loop_, sources, std::move(actions), log_);
   pipeline_->on_pose([this](const PoseNow& pose) {

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr const char* kViewer = "onemap-view";
-constexpr Duration kLook = std::chrono::milliseconds(100);  // whether somebody wants it no longer
+constexpr Duration kLookForStop = std::chrono::milliseconds(100);  // whether somebody wants it no longer
 
 // Beside this program, or where programs are.
 Result<std::string> viewer() {
@@ -71,7 +71,7 @@ class Drawing {
     if (!child_) return result_;
     bool ended = false, left_off = false;
     while (!ended && !left_off && now() < until) {
-      ended = child_->wait(std::clamp<Duration>(until - now(), Duration::zero(), kLook));
+      ended = child_->wait(std::clamp<Duration>(until - now(), Duration::zero(), kLookForStop));
       left_off = !ended && cancelled && cancelled();
     }
     result_.killed = !ended || child_->exit_code() >= 128;

@@ -18,7 +18,7 @@ constexpr int kNiceness = 10;
 constexpr auto kLongestDrawing = std::chrono::seconds(120);
 constexpr auto kRest = std::chrono::seconds(10);        // from one snapshot of a changed map to the next
 constexpr auto kMapPatience = std::chrono::seconds(5);  // for the global map that is being built
-constexpr auto kLook = std::chrono::milliseconds(50);
+constexpr auto kLookForCopy = std::chrono::milliseconds(50);
 constexpr std::size_t kMostKeyframes = 500;  // of a plan, which takes milliseconds each and cannot be left off
 
 bool has(const std::vector<std::string>& words, const char* word) {
@@ -214,7 +214,7 @@ Snapshots::Take take_from(Team& team) {
       promised->set_value(std::move(taken));
       return true;
     });
-    while (copy.wait_for(kLook) != std::future_status::ready)
+    while (copy.wait_for(kLookForCopy) != std::future_status::ready)
       if (stop()) return std::nullopt;
     return copy.get();
   };

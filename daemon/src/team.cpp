@@ -10,8 +10,8 @@
 namespace onemap::daemon {
 
 namespace {
-constexpr auto kLook = std::chrono::milliseconds(250);
-constexpr auto kStuckAfter = std::chrono::seconds(30);  // one piece of work, on a slow machine
+constexpr auto kLookForWork = std::chrono::milliseconds(250);
+constexpr auto kTeamStuckAfter = std::chrono::seconds(30);  // one piece of work, on a slow machine
 }  // namespace
 
 Team::Team(const RobotId& self, std::uint64_t incarnation, const TeamMapConfig& config, Publish publish,
@@ -20,7 +20,7 @@ Team::Team(const RobotId& self, std::uint64_t incarnation, const TeamMapConfig& 
       log_(log),
       publish_(std::move(publish)),
       map_(self, incarnation, config),
-      heartbeat_("team", kStuckAfter) {}
+      heartbeat_("team", kTeamStuckAfter) {}
 
 Team::~Team() { stop(); }
 
@@ -90,7 +90,7 @@ LinkTally Team::links() const {
 Team::Inbox Team::take(bool wait) {
   std::unique_lock lock(mutex_);
   // Some work becomes due by time alone.
-  if (wait) wake_.wait_for(lock, kLook, [&] { return stopping_ || !inbox_.empty(); });
+  if (wait) wake_.wait_for(lock, kLookForWork, [&] { return stopping_ || !inbox_.empty(); });
   return std::exchange(inbox_, {});
 }
 

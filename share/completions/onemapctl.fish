@@ -17,7 +17,7 @@ complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a cameras 
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a doctor -d 'what is wrong, and what to do'
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a snapshot -d 'draw the map as it is now'
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a save -d 'write the map to a file'
-complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a load -d 'read a map that was saved'
+complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a load -d 'go on in a saved map, or look whether it is whole'
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a record -d 'keep the frames of the camera'
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a why -d 'why two robots are in one map, or are not'
 complete -c onemapctl -n "not __fish_seen_subcommand_from $commands" -a unmerge -d 'take what joins two robots back'

@@ -91,6 +91,40 @@ TEST(DiskStore, DurableIsWhatASyncThatBeganLaterHasEnded) {
   EXPECT_EQ(disk.syncs, 2u) << "nothing to do";
 }
 
+// Beside whoever writes there.
+TEST(DiskStore, AFolderToReadStaysAsItIsAndIsNobodysOwn) {
+  const test::TempFolder folder;
+  const std::string log = folder / "log";
+  const auto own = PosixDisk::open(log);
+  ASSERT_TRUE(own.ok());
+  const auto store = opened(**own);
+  SignedLogs logs;
+  const Record first = logs.next({kRobot, 1, 1}, 1, body(40)), second = logs.next({kRobot, 1, 1}, 1, body(40));
+  ASSERT_TRUE(store->append(first));
+  ASSERT_TRUE(store->append(second));
+  std::filesystem::resize_file(log + "/segment-00000001", 224 + 200);  // the second one is torn
+  EXPECT_FALSE(PosixDisk::open(log)) << "it is used";
+  std::atomic<bool> given_up = false;
+  const auto disk = PosixDisk::open_to_read(log, given_up);
+  ASSERT_TRUE(disk.ok()) << disk.error().text();
+  const auto reader = opened(**disk);
+  ASSERT_NE(reader, nullptr);
+  expect_same(first, reader->find(first.id));
+  EXPECT_EQ(reader->view().records, 1u);
+  EXPECT_EQ(reader->view().spoilt_bytes, 200u);
+  EXPECT_FALSE(reader->append(logs.record({{kRobot, 3, 1}, 0}, 1, body(40)))) << "nothing is written there";
+  EXPECT_EQ(std::filesystem::file_size(log + "/segment-00000001"), 424u);
+  EXPECT_EQ((*disk)->remove("segment-00000001"), DiskFault::read_only);
+  EXPECT_EQ((*disk)->rename("segment-00000001", "x"), DiskFault::read_only);
+  std::array<std::uint8_t, 4> some{};
+  EXPECT_EQ((*disk)->read("segment-00000001", 0, some), 4u);
+  given_up = true;
+  EXPECT_FALSE((*disk)->read("segment-00000001", 0, some));
+  EXPECT_FALSE((*disk)->size("segment-00000001"));
+  EXPECT_FALSE(PosixDisk::open_to_read(folder / "none", given_up));
+  EXPECT_FALSE(std::filesystem::exists(folder / "none"));
+}
+
 TEST(DiskStore, FullRefusesVoxelsFirstAndSaysWhy) {
   MemoryDisk disk;
   auto store = opened(disk, small(1u << 20));

@@ -216,6 +216,19 @@ TEST(Guard, ANameBelongsToTheKeyThatProvedItFirst) {
   EXPECT_EQ(event.robot, net[1].config.self);
 }
 
+// Whoever brings records under a name: they are held against the key that the name belongs to, met now or before.
+TEST(Guard, RecordsUnderAProvedNameAreOfItsKey) {
+  SimNet net(14, {});
+  net.add_team(2, sim::line(2), sealed_config());
+  const RobotId other = net[1].config.self;
+  ASSERT_FALSE(net.node(0).key_of(other));
+  ASSERT_TRUE(net.run_until([&] { return all_alive(net); }, 5s));
+  EXPECT_EQ(net.node(0).key_of(other), net[1].config.identity->public_key());
+  net.cut(0, 1);
+  net.restart_node(0);
+  EXPECT_EQ(net.node(0).key_of(other), net[1].config.identity->public_key()) << "it was met before";
+}
+
 TEST(Guard, OurNameUsedByAnotherIsAConflict) {
   SimNet net(13, {});
   net.add_team(2, sim::line(2), sealed_config());

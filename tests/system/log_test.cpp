@@ -160,7 +160,7 @@ TEST_F(Two, ADamagedLogIsSaidAndComesBackFromTheNeighbour) {
   for (const auto& [id, count] : before) EXPECT_GE(mine.count(id), count) << "lane " << int{id.lane};
 }
 
-// What `load` would be for: the log holds the map of the whole team, and who is given a copy goes on in it.
+// The log holds the map of the whole team, and who is given a copy goes on in it.
 TEST_F(Two, ACopiedLogIsAMapThatAnotherRobotGoesOnIn) {
   folder.write("alone.toml", "[run]\nlost_after_s = 2\nmerge_while_mapping_s = 1\n");
   const auto alone = [&](const std::string& name, int robot) -> Robot& {
@@ -179,6 +179,42 @@ TEST_F(Two, ACopiedLogIsAMapThatAnotherRobotGoesOnIn) {
   EXPECT_TRUE(second.says("link first - second accepted", 120s)) << second.log();
   const auto has_both = [&] { return second.status("robots_in_map", 0) == 2; };
   EXPECT_TRUE(test::wait_until(has_both, 120s)) << second.log();
+  EXPECT_EQ(second.stop(), 0) << second.log();
+}
+
+// The same while both run: save and load.
+TEST_F(Two, ASavedMapIsLoadedByARobotThatRuns) {
+  const auto alone = [&](const std::string& name, int robot) -> Robot& {
+    folder.write(name + ".toml", "[run]\nlost_after_s = 2\nmerge_while_mapping_s = 1\n[control]\nsocket = \"" +
+                                     (folder / (name + ".sock")) + "\"\n");
+    return robots.emplace_back(
+        folder, name,
+        fmt::format("simulated:living-room?robot={}&robots=5&frames=100000&seed=3&width=320&height=240", robot),
+        std::vector<std::string>{"--config", folder / (name + ".toml")});
+  };
+  const auto ctl = [&](const std::string& name, const std::string& command, const std::string& path) {
+    const int status =
+        test::run("onemapctl", {"--socket", folder / (name + ".sock"), "--json", "--timeout", "60", command, path},
+                  folder / "said");
+    const std::string said = test::text_of(folder / "said");
+    EXPECT_EQ(status, 0) << said;
+    return nlohmann::json::parse(said, nullptr, false);
+  };
+  Robot& first = alone("first", 1);
+  ASSERT_TRUE(test::wait_until([&] { return first.status("keyframes", 0) > 30; }, 120s)) << first.log();
+  const auto saved = ctl("first", "save", "house.log");
+  EXPECT_EQ(first.stop(), 0);
+  Robot& second = alone("second", 2);
+  ASSERT_TRUE(test::wait_until([&] { return second.status("keyframes", 0) > 1; }, 90s)) << second.log();
+  std::filesystem::copy(first.out() / "house.log", second.out() / "house.log",
+                        std::filesystem::copy_options::recursive);
+  const auto loaded = ctl("second", "load", "house.log");
+  EXPECT_GT(loaded.value("taken", 0), 30) << loaded.dump();
+  EXPECT_EQ(loaded.value("taken", 0), saved.value("records", -1)) << loaded.dump();
+  EXPECT_TRUE(loaded.value("logs_refused", nlohmann::json()).empty()) << loaded.dump();
+  EXPECT_TRUE(second.says("link first - second accepted", 120s)) << second.log();
+  EXPECT_TRUE(test::wait_until([&] { return second.status("robots_in_map", 0) == 2; }, 120s)) << second.log();
+  EXPECT_EQ(ctl("second", "load", "house.log").value("taken", -1), 0) << "they are here";
   EXPECT_EQ(second.stop(), 0) << second.log();
 }
 

@@ -1,6 +1,7 @@
 // onemapctl and the example client against a real daemon, and against none.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "support/control_robot.hpp"
 #include "support/prometheus_parser.hpp"
@@ -169,10 +170,16 @@ TEST(Onemapctl, DrawsSavesAndRecordsWhileTheRobotWorks) {
   const auto drawn = done({"snapshot", "--view", "top", "--kind", "png"});
   EXPECT_TRUE(std::filesystem::exists(drawn.value("folder", "") + "/local_top.png")) << drawn.dump();
 
+  ASSERT_EQ(mkfifo((robot->out() / "pipe").c_str(), 0600), 0);  // nobody ever writes into it
   for (const std::vector<std::string>& words :
        std::vector<std::vector<std::string>>{{"save", "../x"},
                                              {"save", "/etc/x"},
                                              {"load", "none.omap"},
+                                             {"load", "pipe"},
+                                             {"load", "none.log"},
+                                             {"load", "recordings"},
+                                             {"load", "../x.log"},
+                                             {"save", "../x.log"},
                                              {"snapshot", "--view", "moon"},
                                              {"record", "start", "a/../../b"}}) {
     std::vector<std::string> arguments{"--socket", robot.socket()};

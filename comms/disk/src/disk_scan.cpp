@@ -83,6 +83,7 @@ bool DiskStore::Impl::load_segment(std::uint32_t number, std::uint64_t bytes, bo
       found(*head, number, static_cast<std::uint32_t>(at));
       at = good_end;
     } else {
+      view.spoilt_bytes += std::min<std::uint64_t>(segment::kAlign, bytes - at);
       at += segment::kAlign;
     }
   }

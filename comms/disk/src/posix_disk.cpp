@@ -55,6 +55,9 @@ DiskFault sync_file(int fd, int folder) {
 
 struct PosixDisk::Impl {
   int folder = -1, lock = -1;
+  const std::atomic<bool>* given_up = nullptr;  // nullptr: the folder is this process's own
+  bool reads_only() const { return given_up != nullptr; }
+  bool gave_up() const { return reads_only() && *given_up; }
   struct Open {
     std::string name;
     int fd;
@@ -91,8 +94,10 @@ int PosixDisk::Impl::descriptor(const std::string& name, bool make) {
     files.splice(files.begin(), files, it);
     return files.front().fd;
   }
-  int fd = ::openat(folder, name.c_str(), O_RDWR | O_CLOEXEC | (make ? O_CREAT : 0), 0640);
-  if (fd < 0 && !make && (errno == EROFS || errno == EACCES)) fd = ::openat(folder, name.c_str(), O_RDONLY | O_CLOEXEC);
+  constexpr int kRead = O_RDONLY | O_NONBLOCK | O_CLOEXEC;
+  int fd = reads_only() ? ::openat(folder, name.c_str(), kRead)
+                        : ::openat(folder, name.c_str(), O_RDWR | O_CLOEXEC | (make ? O_CREAT : 0), 0640);
+  if (fd < 0 && !make && (errno == EROFS || errno == EACCES)) fd = ::openat(folder, name.c_str(), kRead);
   if (fd < 0) return -1;
   files.push_front({name, fd});
   if (files.size() > kOpenFiles) {
@@ -142,6 +147,15 @@ Result<std::unique_ptr<PosixDisk>> PosixDisk::open(const std::string& folder) {
   return std::unique_ptr<PosixDisk>(new PosixDisk(std::move(impl)));
 }
 
+Result<std::unique_ptr<PosixDisk>> PosixDisk::open_to_read(const std::string& folder,
+                                                           const std::atomic<bool>& given_up) {
+  auto impl = std::make_unique<Impl>();
+  impl->given_up = &given_up;
+  impl->folder = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (impl->folder < 0) return Error{folder, fmt::format("cannot open this folder: {}", std::strerror(errno))};
+  return std::unique_ptr<PosixDisk>(new PosixDisk(std::move(impl)));
+}
+
 PosixDisk::PosixDisk(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 PosixDisk::~PosixDisk() = default;
 
@@ -163,12 +177,13 @@ std::optional<std::vector<std::string>> PosixDisk::list() {
 
 std::optional<std::uint64_t> PosixDisk::size(const std::string& name) {
   struct stat entry {};
+  if (impl_->gave_up()) return std::nullopt;
   if (::fstatat(impl_->folder, name.c_str(), &entry, 0) != 0 || !S_ISREG(entry.st_mode)) return std::nullopt;
   return static_cast<std::uint64_t>(entry.st_size);
 }
 
 std::optional<std::size_t> PosixDisk::read(const std::string& name, std::uint64_t at, std::span<std::uint8_t> into) {
-  const int fd = impl_->descriptor(name, false);
+  const int fd = impl_->gave_up() ? -1 : impl_->descriptor(name, false);
   if (fd < 0) return std::nullopt;
   std::size_t done = 0;
   while (done < into.size()) {
@@ -182,6 +197,7 @@ std::optional<std::size_t> PosixDisk::read(const std::string& name, std::uint64_
 }
 
 DiskFault PosixDisk::write(const std::string& name, std::uint64_t at, std::span<const std::uint8_t> bytes) {
+  if (impl_->reads_only()) return DiskFault::read_only;
   const int fd = impl_->descriptor(name, true);
   if (fd < 0) return last_fault();
   while (!bytes.empty()) {
@@ -195,22 +211,26 @@ DiskFault PosixDisk::write(const std::string& name, std::uint64_t at, std::span<
 }
 
 DiskFault PosixDisk::cut(const std::string& name, std::uint64_t size) {
+  if (impl_->reads_only()) return DiskFault::read_only;
   const int fd = impl_->descriptor(name, false);
   if (fd < 0 || ::ftruncate(fd, static_cast<off_t>(size)) != 0) return last_fault();
   return DiskFault::none;
 }
 
 DiskFault PosixDisk::remove(const std::string& name) {
+  if (impl_->reads_only()) return DiskFault::read_only;
   impl_->forget(name);
   return ::unlinkat(impl_->folder, name.c_str(), 0) == 0 ? DiskFault::none : last_fault();
 }
 
 DiskFault PosixDisk::rename(const std::string& name, const std::string& to) {
+  if (impl_->reads_only()) return DiskFault::read_only;
   impl_->forget(name);
   return ::renameat(impl_->folder, name.c_str(), impl_->folder, to.c_str()) == 0 ? DiskFault::none : last_fault();
 }
 
 void PosixDisk::begin_sync(const std::string& name) {
+  if (impl_->reads_only()) return;  // nothing is written, so all is on the disk
   const int fd = impl_->descriptor(name, false);
   const int own = fd < 0 ? -1 : ::fcntl(fd, F_DUPFD_CLOEXEC, 0);
   const std::lock_guard guard(impl_->mutex);

@@ -19,6 +19,7 @@
 #include "comms/identity.hpp"
 #include "comms/keeping.hpp"
 #include "comms/log_store.hpp"
+#include "comms/record_head.hpp"
 #include "comms/status.hpp"
 #include "comms/traffic.hpp"
 #include "hal/base/ids.hpp"
@@ -148,6 +149,10 @@ class Node {
   // Nobody here reads this record again: its body goes, if its author has said that it is needless (a record of its own
   // kind did; who asks has seen that). False: it stays.
   bool let_go(const RecordId& id);
+  // A record that came on another way than over the network: the same is asked of it, and that it is the next of its
+  // log here. by: if its body is gone, the head of the later record that made it needless. Count: it is here now; else
+  // why not, counted. A fork does not end its log here: who brought it is no neighbour that would bring it again.
+  Refusal take(Instant now, Record record, std::optional<SignedHead> by);
   // What beacons say about this robot; sent at once when it changed (at most ten times a second).
   void set_local_status(Instant now, std::uint64_t map_digest, std::uint8_t flags);
 

@@ -36,6 +36,8 @@ class Fetcher {
   void offered(const LogId& log);  // a live neighbour holds more of this log than we do
   void on_data(Instant now, Peer& from, const wire::Data& data);
   void on_head(Instant now, Peer& from, const wire::Head& head);
+  // A record that no neighbour sent, the next of its log. Count: it is stored; else why not.
+  Refusal take(Instant now, Record record, std::optional<SignedHead> by);
   void on_timer(Instant now, Peers& peers);  // gives up what is lost or silent
   void plan(Instant now, Peers& peers);      // asks for what is missing, as far as credit and memory go
   void drop(Peer& peer);                     // it is gone: ask others
@@ -98,8 +100,10 @@ class Fetcher {
   void completed(Instant now, const Peer& from, std::uint8_t hops, Fetch& fetch, Record record);
   void distrust(Instant now, Fetch& fetch);
   bool is_replaced(const Record& record, const Fetch& fetch) const;
+  Notary::Verdict verdict_of(const Fetch& fetch) const;
   bool spoilt(Instant now, const RecordId& id, Fetch& fetch, Refusal reason);
   bool is_authors_next(Instant now, const RecordId& id, Fetch& fetch);
+  Status store(const RecordId& id, const Fetch& fetch);
   void store_in_order(Instant now, const LogId& log);
   bool refused(const LogId& log);
   // fetcher_losses.cpp

@@ -186,14 +186,17 @@ void Fetcher::distrust(Instant now, Fetch& fetch) {
 // Looked at once, when its predecessor is here. What is not its author's, or not all that counts of it, is asked for
 // again, elsewhere if possible; a log whose author contradicts itself ends here.
 bool Fetcher::is_authors_next(Instant now, const RecordId& id, Fetch& fetch) {
-  if (!fetch.verdict) {
-    fetch.verdict = notary_.look_at(*fetch.whole);
-    Refusal& reason = fetch.verdict->reason;
-    const bool lacks_its_body = fetch.whole->dropped.has_value();
-    if (reason == Refusal::count && lacks_its_body && !is_replaced(*fetch.whole, fetch)) reason = Refusal::live_head;
-  }
+  if (!fetch.verdict) fetch.verdict = verdict_of(fetch);
   const Refusal reason = fetch.verdict->reason;
   return reason == Refusal::count || spoilt(now, id, fetch, reason);
+}
+
+Notary::Verdict Fetcher::verdict_of(const Fetch& fetch) const {
+  Notary::Verdict verdict = notary_.look_at(*fetch.whole);
+  const bool lacks_its_body = fetch.whole->dropped.has_value();
+  if (verdict.reason == Refusal::count && lacks_its_body && !is_replaced(*fetch.whole, fetch))
+    verdict.reason = Refusal::live_head;
+  return verdict;
 }
 
 bool Fetcher::is_replaced(const Record& record, const Fetch& fetch) const {
@@ -226,18 +229,50 @@ void Fetcher::store_in_order(Instant now, const LogId& log) {
     if (refused(log)) return;
     Fetch& fetch = at->second;
     if (!is_authors_next(now, at->first, fetch)) return;
-    // The record is copied only because the store may refuse it: then it must survive for the next try.
-    if (auto kept = store_.append(*fetch.whole); !kept) {
+    if (auto kept = store(at->first, fetch); !kept) {
       counters_.refuse(Refusal::store_refused);
       blocked_[log] = {now + kStoreRetry, kept.error().text()};
       return;
     }
-    notary_.took(*fetch.whole, fetch.verdict->hash);
-    ++counters_.records_received;
-    stored_.push_back({at->first, fetch.hops});
     used_bytes_ -= fetch.reserved_bytes;
     fetches_.erase(at);
   }
+}
+
+// The record is copied only because the store may refuse it: then it must survive for the next try.
+Status Fetcher::store(const RecordId& id, const Fetch& fetch) {
+  if (auto kept = store_.append(*fetch.whole); !kept) return kept;
+  notary_.took(*fetch.whole, fetch.verdict->hash);
+  ++counters_.records_received;
+  stored_.push_back({id, fetch.hops});
+  return success();
+}
+
+namespace {
+bool says_that_it_replaces(const RecordHead& later, const Record& record) {
+  return later.id.log == record.id.log && later.id.seq > record.id.seq && later.kind == record.kind &&
+         later.replaces == record.id.seq;
+}
+}  // namespace
+
+Refusal Fetcher::take(Instant now, Record record, std::optional<SignedHead> by) {
+  const RecordId id = record.id;
+  Fetch brought;
+  if (by && says_that_it_replaces(by->head, record)) brought.by = by;
+  brought.whole = std::move(record);
+  Refusal reason = judge_(id.log);
+  if (reason == Refusal::count) {
+    brought.verdict = verdict_of(brought);
+    reason = brought.verdict->reason;
+  }
+  if (reason == Refusal::count && !store(id, brought)) reason = Refusal::store_refused;
+  if (reason != Refusal::count) {
+    counters_.refuse(reason);
+    return reason;
+  }
+  if (fetches_.contains(id)) close(id);  // nobody need send it any more
+  store_in_order(now, id.log);
+  return Refusal::count;
 }
 
 // What was welcome when it was asked for may not be any more.

@@ -201,10 +201,10 @@ void CommandLine::declare_changing() {
   snapshot->add_option("--map", options.maps, "global or local; several times for several")->type_name("MAP");
   snapshot->add_option("--view", options.views, "fit, top, follow, plan or front")->type_name("VIEW");
   snapshot->add_option("--kind", options.kinds, "png, glb or plan")->type_name("KIND");
-  command("save", "write the map to a file below the daemon's OUT", [](Ctl& ctl) {
+  command("save", "write the map below the daemon's OUT; NAME.log: the team's records, for load", [](Ctl& ctl) {
     return ask(ctl, request_of("SAVE", {{"path", ctl.options.path}}), fields_words);
-  })->add_option("path", options.path, "its name below OUT; saved.omap");
-  command("load", "read a map that was saved: whether it is whole, and what it holds",
+  })->add_option("path", options.path, "its name below OUT; else saved.omap");
+  command("load", "go on in the map that was saved as NAME.log; of a .omap: whether it is whole",
           [](Ctl& ctl) {
             return ask(ctl, request_of("LOAD", {{"path", ctl.options.path}}), fields_words);
           })

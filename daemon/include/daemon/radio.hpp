@@ -16,6 +16,7 @@
 #include "comms/memory_store.hpp"
 #include "comms/node.hpp"
 #include "comms/udp/udp_port.hpp"
+#include "daemon/between_turns.hpp"
 #include "daemon/config.hpp"
 #include "daemon/heartbeat.hpp"
 #include "daemon/life.hpp"
@@ -86,6 +87,11 @@ class Radio {
   void say(std::uint64_t map_digest, bool finished);          // any thread: what neighbours and beacons hear
   void spare(mapping::SpareRecords records);                  // any thread: own ones are named, unread ones let go
   void leave_out(std::set<RobotId> gone);                     // any thread: agreement does not wait for these
+  // Any thread but the radio's: calls question(node, store) there, between two turns, and waits. It must be quick: the
+  // network waits. False: it was not called and never will be; `stop` was set, or the radio has ended.
+  using Question = std::function<void(comms::Node&, comms::LogStore&)>;
+  bool ask(const Question& question, const std::atomic<bool>& stop);
+  const comms::DiskStore* kept() const { return store_.kept; }  // what is kept on the disk; nullptr: nothing
   RadioView view() const;
   const Heartbeat& heartbeat() const { return heartbeat_; }
   std::uint64_t incarnation() const { return life_.number(); }  // before start()
@@ -153,6 +159,7 @@ class Radio {
   Instant finish_again_{};
 
   BlockingQueue<OutgoingRecord> outbox_{kOutbox};
+  BetweenTurns asked_{[this] { port_->wake(); }};
   std::atomic<std::uint64_t> handed_in_ = 0, settled_ = 0;  // so often was something published, and of these settled
   mutable std::mutex mutex_;                                // of what follows
   std::optional<std::uint32_t> finish_;

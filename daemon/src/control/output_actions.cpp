@@ -45,11 +45,13 @@ Json recording_json(const RecorderView& view) {
           {"bytes", view.bytes},         {"frames_dropped", view.dropped},   {"ended", printable(view.ended)}};
 }
 
+constexpr std::size_t kMostMapBytes = std::size_t{512} << 20;
+
 // What a saved map holds.
 Result<Json> saved_json(const std::string& file) {
-  const auto bytes = read_file(file);
-  if (!bytes) return bytes.error();
-  const auto scene = load_map(file, *bytes);
+  std::vector<std::uint8_t> bytes;
+  if (auto read = read_regular_file(file, bytes, kMostMapBytes); !read) return read.error();
+  const auto scene = load_map(file, bytes);
   if (!scene) return scene.error();
   Json robots = Json::array();
   for (const auto& path : scene->robots) robots.push_back(printable(path.name));
@@ -70,8 +72,13 @@ Result<std::string> path_below(const std::string& out, const Json& request, cons
   return out + "/" + *name;
 }
 
-OutputActions::OutputActions(const Config& config, Snapshots& snapshots, Recorder& recorder, Snapshots::Take take)
-    : config_(config), snapshots_(snapshots), recorder_(recorder), take_(std::move(take)) {}
+OutputActions::OutputActions(const Config& config, Snapshots& snapshots, Recorder& recorder, Snapshots::Take take,
+                             OwnRecords records)
+    : config_(config),
+      snapshots_(snapshots),
+      recorder_(recorder),
+      take_(std::move(take)),
+      records_(std::move(records)) {}
 
 void OutputActions::add_to(ControlActions& actions) {
   actions.snapshot = [this](const Json& request, const Later& later) { snapshot(request, later); };
@@ -129,10 +136,12 @@ void OutputActions::record(const Json& request, const Later& later) {
   });
 }
 
-// The team's map where there is one, else this robot's own.
+// NAME.log: the records. Else the team's map where there is one, or this robot's own.
 void OutputActions::save(const Json& request, const Later& later) {
   const auto path = path_below(config_.out, request, "saved.omap");
   if (!path) return later(path.error());
+  if (path->ends_with(".log"))
+    return work(later, [this, folder = *path](const auto& stop) { return save_records(records_, folder, stop); });
   work(later, [this, file = *path](const std::atomic<bool>& stopping) -> Result<Json> {
     const auto stop = [&] { return stopping.load(); };
     const auto copy = take_(stop);
@@ -152,7 +161,10 @@ void OutputActions::save(const Json& request, const Later& later) {
 void OutputActions::load(const Json& request, const Later& later) {
   const auto path = path_below(config_.out, request, "");
   if (!path) return later(path.error());
-  work(later, [file = *path](const auto&) { return saved_json(file); });
+  work(later, [this, file = *path](const auto& stopping) {
+    std::error_code none;
+    return std::filesystem::is_directory(file, none) ? load_records(records_, file, stopping) : saved_json(file);
+  });
 }
 
 }  // namespace onemap::daemon

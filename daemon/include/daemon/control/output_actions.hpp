@@ -1,9 +1,12 @@
 #pragma once
+#include <atomic>
 #include <deque>
+#include <functional>
 #include <string>
 
 #include "daemon/config.hpp"
 #include "daemon/control/control_actions.hpp"
+#include "daemon/control/log_actions.hpp"
 #include "daemon/job_thread.hpp"
 #include "daemon/recorder.hpp"
 #include "daemon/snapshots.hpp"
@@ -15,7 +18,8 @@ namespace onemap::daemon {
 class OutputActions {
  public:
   // All must outlive it.
-  OutputActions(const Config& config, Snapshots& snapshots, Recorder& recorder, Snapshots::Take take);
+  OutputActions(const Config& config, Snapshots& snapshots, Recorder& recorder, Snapshots::Take take,
+                OwnRecords records);
 
   void add_to(ControlActions& actions);
   void tick();                   // the loop's thread, often: answers for what is done
@@ -36,6 +40,7 @@ class OutputActions {
   Snapshots& snapshots_;
   Recorder& recorder_;
   const Snapshots::Take take_;
+  const OwnRecords records_;
   std::deque<Waiting> waiting_;  // snapshots, in order
   JobThread jobs_{"control jobs"};
 };

@@ -59,6 +59,7 @@ class DiskStore final : public LogStore {
     std::uint64_t refused_by_disk = 0;  // because it has no room or fails
     std::uint64_t unreadable = 0;       // could not be read back
     std::uint64_t cut_bytes = 0;        // torn off the end at the start: they were never told to anybody
+    std::uint64_t spoilt_bytes = 0;     // that were no whole frames at the start, those of cut_bytes among them
     std::uint64_t lost_records = 0;     // behind a spoilt place, at the start: to be got from neighbours
     std::uint64_t memory_bytes = 0;     // that it may hold at most
     std::vector<std::string> messages;  // what was found at the start, for people

@@ -1,4 +1,5 @@
 #pragma once
+#include <atomic>
 #include <memory>
 
 #include "comms/disk/disk.hpp"
@@ -12,6 +13,9 @@ class PosixDisk final : public Disk {
  public:
   // Makes the folder if it is not there. Another process must not use it: the folder is locked (flock on FOLDER/lock).
   static Result<std::unique_ptr<PosixDisk>> open(const std::string& folder);
+  // Of a folder that stays as it is, whoever else uses it: what would change it is refused as read_only. Once given_up
+  // is set nothing can be read any more; it must outlive the disk.
+  static Result<std::unique_ptr<PosixDisk>> open_to_read(const std::string& folder, const std::atomic<bool>& given_up);
   ~PosixDisk() override;
   PosixDisk(const PosixDisk&) = delete;
   PosixDisk& operator=(const PosixDisk&) = delete;
