@@ -2,11 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <array>
 #include <map>
 #include <sstream>
 
 #include "pose_graph_team.hpp"
+#include "support/other_program.hpp"
+#include "support/temp_folder.hpp"
+#include "team/pose_graph/graph_index.hpp"
 
 namespace onemap::mapping {
 namespace {
@@ -92,6 +96,83 @@ TEST(PoseGraphG2o, InformationIsTranslationFirstAndOfHalfTheAngle) {
   const std::vector<double> should{4, 0, 0, 0, 0, 0, 4, 0, 6, 0, 0, 4, 0, 0, 0, 400, 0, 0, 400, 0, 400};
   ASSERT_EQ(text.edges[0].upper.size(), 21u);
   for (std::size_t i = 0; i < 21; ++i) EXPECT_NEAR(text.edges[0].upper[i], should[i], 1e-9) << i;
+}
+
+// Of odometry and the links in use, at the solved poses: what their information, which is of radians, makes of the
+// distances.
+double chi2_in_radians(const PoseGraph& graph, const GraphSolution& solution) {
+  const GraphIndex index = index_of(graph, graph.config().link_noise);
+  const auto pose_of = [&](std::size_t anchor) {
+    return from_quantized(solution.find(index.ids[anchor])->T_map_anchor);
+  };
+  double sum = 0;
+  const auto add = [&](const GraphEdge& edge) {
+    const Pose E = edge.T_a_b.inverse() * pose_of(edge.a).inverse() * pose_of(edge.b);
+    const Eigen::AngleAxisd turn(E.R);
+    Vector6d error;
+    error << turn.angle() * turn.axis(), E.t;
+    sum += error.dot(edge.information * error);
+  };
+  for (std::size_t i = 0; i < index.ids.size(); ++i)
+    if (i != index.first_of_chain(i)) add(odometry_edge(index, i));
+  for (const IndexedLink& link : index.links)
+    if (solution.find(link.id)->use == LinkUse::used) add(link.edge);
+  return sum;
+}
+
+TEST(PoseGraphG2o, GraphslamSeesTheSameErrors) {
+  const std::string python = test::python_with("graphslam.graph");
+  if (python.empty()) GTEST_SKIP() << "the Python module graphslam is not installed";
+  test::PoseGraphTeam team(3);
+  team.add_right_links(40);
+  const PoseGraph graph = team.graph();
+  const GraphSolution solution = graph.solve();
+  const test::TempFolder folder;
+  const std::string text = to_g2o(graph, solution);
+  folder.write("map.g2o", text);
+  const test::Said said = test::say(python +
+                                    " -c 'import sys; from graphslam.graph import Graph; "
+                                    "g = Graph.from_g2o(sys.argv[1]); print(\"read\", len(g._vertices), "
+                                    "len(g._edges), g.calc_chi2())' " +
+                                    (folder / "map.g2o"));
+  ASSERT_EQ(said.status, 0) << said.output;
+  std::size_t vertices = 0, edges = 0;
+  double chi2 = 0;
+  const std::size_t at = said.output.find("read ");
+  ASSERT_NE(at, std::string::npos) << said.output;
+  ASSERT_TRUE(std::istringstream(said.output.substr(at + 5)) >> vertices >> edges >> chi2) << said.output;
+  EXPECT_EQ(vertices, 180u);
+  EXPECT_EQ(edges, parse(text).edges.size());
+  const double should = chi2_in_radians(graph, solution);
+  EXPECT_GT(should, 10);
+  EXPECT_NEAR(chi2, should, 1e-3 * should) << "its rotation error is the quaternion's vector part, as g2o's is";
+}
+
+TEST(PoseGraphG2o, GtsamReadsVerticesAndEdges) {
+  const std::string python = test::python_with("gtsam");
+  if (python.empty()) GTEST_SKIP() << "the Python module gtsam is not installed";
+  test::PoseGraphTeam team(3);
+  team.add_right_links(40);
+  const PoseGraph graph = team.graph();
+  const GraphSolution solution = graph.solve();
+  const test::TempFolder folder;
+  const std::string text = to_g2o(graph, solution);
+  folder.write("map.g2o", text);
+  const test::Said said = test::say(python +
+                                    " -c 'import sys, gtsam; g, v = gtsam.readG2o(sys.argv[1], True); "
+                                    "print(\"read\", v.size(), g.size(), *v.atPose3(2097211).translation())' " +
+                                    (folder / "map.g2o"));
+  ASSERT_EQ(said.status, 0) << said.output;
+  std::size_t vertices = 0, edges = 0;
+  Vector3d t;
+  const std::size_t at = said.output.find("read ");
+  ASSERT_NE(at, std::string::npos) << said.output;
+  ASSERT_TRUE(std::istringstream(said.output.substr(at + 5)) >> vertices >> edges >> t.x() >> t.y() >> t.z())
+      << said.output;
+  const Parsed parsed = parse(text);
+  EXPECT_EQ(vertices, parsed.vertices.size());
+  EXPECT_EQ(edges, parsed.edges.size());
+  EXPECT_LT((t - parsed.vertices.at((2 << 20) + 59).t).norm(), 1e-6);
 }
 
 TEST(PoseGraphG2o, LeavesOutWhatIsNotInTheMap) {

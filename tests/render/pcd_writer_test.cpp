@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <cstdlib>
 #include <cstring>
 #include <sstream>
 
@@ -102,6 +104,37 @@ TEST(Pcd, open3d_reads_the_points_and_their_colours) {
   EXPECT_EQ(r, mesh.colors[5][0]);
   EXPECT_EQ(g, mesh.colors[5][1]);
   EXPECT_EQ(b, mesh.colors[5][2]);
+}
+
+TEST(Pcd, pcl_reads_the_points_and_their_colours) {
+  if (test::say("command -v pcl_convert_pcd_ascii_binary").status != 0) GTEST_SKIP() << "pcl-tools is not installed";
+  const test::TempFolder folder;
+  const auto mesh = test::room_scene().mesh;
+  ASSERT_TRUE(write_pcd(folder / "room.pcd", mesh).ok());
+  const test::Said said =
+      test::say("pcl_convert_pcd_ascii_binary " + (folder / "room.pcd") + " " + (folder / "text.pcd") + " 0 9");
+  ASSERT_EQ(said.status, 0) << said.output;
+  const auto text = read_text_file(folder / "text.pcd");
+  ASSERT_TRUE(text.ok()) << said.output;
+  EXPECT_NE(text->find("FIELDS x y z rgb\n"), std::string::npos) << text->substr(0, 300);
+  const std::string end = "DATA ascii\n";
+  ASSERT_NE(text->find(end), std::string::npos) << text->substr(0, 300);
+  std::istringstream words(text->substr(text->find(end) + end.size()));
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    mapping::Vector3f p;
+    std::string rgb;  // a float's bits: as a whole number, or as that float
+    ASSERT_TRUE(words >> p.x() >> p.y() >> p.z() >> rgb) << i;
+    ASSERT_EQ(p, mesh.vertices[i]) << i;
+    const auto& c = mesh.colors[i];
+    const std::uint32_t should = c[0] * 65536u + c[1] * 256u + c[2];
+    const bool whole = rgb.find_first_not_of("0123456789") == std::string::npos;
+    ASSERT_EQ(whole ? static_cast<std::uint32_t>(std::stoul(rgb))
+                    : std::bit_cast<std::uint32_t>(std::strtof(rgb.c_str(), nullptr)),
+              should)
+        << i << ": " << rgb;
+  }
+  std::string more;
+  EXPECT_FALSE(words >> more) << more;
 }
 
 }  // namespace

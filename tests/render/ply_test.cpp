@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 #include "hal/base/file.hpp"
 #include "render/ply_reader.hpp"
 #include "render/ply_writer.hpp"
 #include "room_scene.hpp"
+#include "support/other_program.hpp"
 #include "temp_folder.hpp"
 
 namespace onemap::render {
@@ -29,6 +32,48 @@ TEST(Ply, a_mesh_comes_back_as_written) {
   EXPECT_EQ(back->normals, mesh.normals);
   EXPECT_EQ(back->colors, mesh.colors);
   EXPECT_EQ(back->triangles, mesh.triangles);
+}
+
+// Every vertex, normal, colour and triangle, a line each, in as many digits as a float has.
+constexpr const char* kSayMesh = R"(
+import open3d, sys
+m = open3d.io.read_triangle_mesh(sys.argv[1])
+print("read", len(m.vertices), len(m.triangles))
+for v, n, c in zip(m.vertices, m.vertex_normals, m.vertex_colors):
+    print(*["%.9g" % x for x in (*v, *n)], *[round(255 * x) for x in c])
+for t in m.triangles:
+    print(*t)
+)";
+
+TEST(Ply, open3d_reads_vertices_normals_colours_and_triangles) {
+  const std::string python = test::python_with("open3d");
+  if (python.empty()) GTEST_SKIP() << "python3-open3d is not installed";
+  const test::TempFolder folder;
+  const auto mesh = test::room_scene().mesh;
+  ASSERT_TRUE(write_ply(folder / "room.ply", mesh).ok());
+  folder.write("say.py", kSayMesh);
+  const test::Said said = test::say(python + " " + (folder / "say.py") + " " + (folder / "room.ply"));
+  ASSERT_EQ(said.status, 0) << said.output;
+  const std::size_t at = said.output.find("read ");
+  ASSERT_NE(at, std::string::npos) << said.output;
+  std::istringstream words(said.output.substr(at + 5));
+  std::size_t vertices = 0, triangles = 0;
+  ASSERT_TRUE(words >> vertices >> triangles);
+  ASSERT_EQ(vertices, mesh.vertices.size());
+  ASSERT_EQ(triangles, mesh.triangles.size());
+  for (std::size_t i = 0; i < vertices; ++i) {
+    mapping::Vector3f p, n;
+    std::array<int, 3> c{};
+    ASSERT_TRUE(words >> p.x() >> p.y() >> p.z() >> n.x() >> n.y() >> n.z() >> c[0] >> c[1] >> c[2]) << i;
+    ASSERT_EQ(p, mesh.vertices[i]) << i;
+    ASSERT_EQ(n, mesh.normals[i]) << i;
+    ASSERT_EQ(c, (std::array<int, 3>{mesh.colors[i][0], mesh.colors[i][1], mesh.colors[i][2]})) << i;
+  }
+  for (std::size_t i = 0; i < triangles; ++i) {
+    std::array<std::uint32_t, 3> t{};
+    ASSERT_TRUE(words >> t[0] >> t[1] >> t[2]) << i;
+    ASSERT_EQ(t, mesh.triangles[i]) << i;
+  }
 }
 
 TEST(Ply, a_cloud_without_normals_comes_back_and_missing_colours_become_grey) {

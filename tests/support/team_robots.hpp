@@ -117,6 +117,12 @@ class Robot {
       }
     }
   }
+  // It writes a link itself.
+  RecordPtr say(const LinkRecord& link) {
+    const RecordPtr record = author_.link(link);
+    apply(record);
+    return record;
+  }
   const Records& held() const { return held_; }
   TeamMap& map() { return *map_; }
   const TeamMap& map() const { return *map_; }
