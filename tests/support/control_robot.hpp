@@ -11,8 +11,7 @@ namespace onemap::test {
 
 class ControlRobot {
  public:
-  static constexpr const char* kCamera =
-      "simulated:living-room?width=320&height=240&robot=1&robots=3&frames=1000000&seed=3";
+  static constexpr const char* kCamera = "simulated:living-room?robot=1&robots=3&frames=1000000&seed=3";
 
   explicit ControlRobot(const TempFolder& folder, const std::string& more = {}) : socket_(folder / "c.sock") {
     folder.write(

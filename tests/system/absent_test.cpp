@@ -16,7 +16,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 std::string camera(int robot, int frames) {
-  return fmt::format("simulated:living-room?width=320&height=240&robot={}&robots=3&frames={}&seed=3", robot, frames);
+  return fmt::format("simulated:living-room?robot={}&robots=3&frames={}&seed=3", robot, frames);
 }
 
 std::filesystem::path settings(const TempFolder& folder, const std::string& toml) {

@@ -18,7 +18,7 @@ using testing::HasSubstr;
 using testing::Not;
 namespace fs = std::filesystem;
 
-constexpr const char* kWalk = "simulated:living-room?width=320&height=240&seed=3&frames=150";
+constexpr const char* kWalk = "simulated:living-room?seed=3&frames=150";
 
 // The last frame that has a place in the way, counted from the start of the walk (30 Hz).
 double last_placed_frame(const Robot& robot) {
@@ -156,7 +156,7 @@ class Walled {
   std::optional<daemon::ChildProcess> process_;
 };
 
-constexpr const char* kLongWalk = "simulated:living-room?width=320&height=240&seed=3&frames=100000";
+constexpr const char* kLongWalk = "simulated:living-room?seed=3&frames=100000";
 
 TEST(Disk, AFullOneIsSaidOnceAndTheDaemonGoesOn) {
   if (const auto missing = Walled::missing("-m"); !missing.empty()) GTEST_SKIP() << missing;
@@ -196,9 +196,9 @@ TEST(Disk, OneThatBecomesReadOnlyIsSaidAndTheDaemonGoesOn) {
 
 TEST(Disk, ALimitOfTheFileSizeDoesNotKillIt) {
   const TempFolder folder;
-  const auto said = test::say(
-      fmt::format("bash -c \"ulimit -f 40; exec {}/onemapd --camera '{}' --once --speed max --out {}\"", ONEMAP_BIN_DIR,
-                  "simulated:living-room?width=320&height=240&seed=3&frames=30", folder / "out"));
+  const auto said =
+      test::say(fmt::format("bash -c \"ulimit -f 40; exec {}/onemapd --camera '{}' --once --speed max --out {}\"",
+                            ONEMAP_BIN_DIR, "simulated:living-room?seed=3&frames=30", folder / "out"));
   EXPECT_EQ(said.status, 1) << said.output;
   EXPECT_THAT(said.output,
               HasSubstr("not written: " + (folder / "out/local.drawing.omap") + ": cannot write: File too"));
@@ -208,8 +208,7 @@ TEST(Disk, ALimitOfTheFileSizeDoesNotKillIt) {
 TEST(Disk, AStateThatCannotBeReadIsSetAside) {
   const TempFolder folder;
   folder.write("robot/life", "\x01\x02 not a number");
-  Robot robot(folder, "robot", "simulated:living-room?width=320&height=240&seed=3&frames=30",
-              {"--once", "--speed", "max"});
+  Robot robot(folder, "robot", "simulated:living-room?seed=3&frames=30", {"--once", "--speed", "max"});
   EXPECT_EQ(robot.ends(), 0) << robot.log();
   EXPECT_THAT(robot.log(), HasSubstr("set aside as " + (robot.out() / "life.corrupt-1").string()));
   EXPECT_EQ(test::text_of(robot.out() / "life.corrupt-1"), "\x01\x02 not a number");
@@ -241,7 +240,7 @@ TEST(Network, AnAddressThatChangesIsFollowed) {
     return "--config " + folder / "robot.toml";
   };
   const std::string wait = "until ip -4 -o addr show dev eth0 2>/dev/null | grep -q inet; do sleep 0.1; done";
-  const std::string walk = "simulated:living-room?width=320&height=240&seed=3&robots=2&frames=100000&robot=";
+  const std::string walk = "simulated:living-room?seed=3&robots=2&frames=100000&robot=";
   Walled a(a_folder, "-n", wait, walk + "1", settings(a_folder, "10.7.0.2"), "a");
   Walled b(b_folder, "-n", wait, walk + "2", settings(b_folder, "10.7.0.1"), "b");
   const std::string cable = fmt::format("om{}", getpid());
