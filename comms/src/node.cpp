@@ -202,7 +202,7 @@ Result<RecordId> Node::append(Instant now, std::uint8_t lane, std::uint16_t kind
 
 Refusal Node::take(Instant now, Record record, std::optional<SignedHead> by) {
   impl_->advance(now);
-  return impl_->take(std::move(record), std::move(by));
+  return impl_->take(std::move(record), by);
 }
 
 bool Node::let_go(const RecordId& id) {

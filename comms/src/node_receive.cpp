@@ -236,7 +236,7 @@ Refusal Node::Impl::take(Record record, std::optional<SignedHead> by) {
   else if (record.id.seq != held(log))
     reason = Refusal::data_unasked;
   if (reason != Refusal::count) return refuse(reason), reason;
-  reason = fetcher.take(now, std::move(record), std::move(by));
+  reason = fetcher.take(now, std::move(record), by);
   take_fetched();
   return reason;
 }
