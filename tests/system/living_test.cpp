@@ -37,10 +37,9 @@ struct Living : testing::Test {
     std::vector<std::string> arguments{"--speed", "0.15", "--listen", "127.0.0.1:0", "--config", folder / "team.toml"};
     for (const std::size_t link : {i, (i + kTeam - 1) % kTeam})
       arguments.insert(arguments.end(), {"--peer", fmt::format("127.0.0.1:{}", links->port(link, i))});
-    return robots.emplace_back(
-        folder, std::string(1, static_cast<char>('a' + i)),
-        fmt::format("simulated:living-room?width=320&height=240&robot={}&robots=5&frames=100000&seed=3", i + 1),
-        arguments);
+    return robots.emplace_back(folder, std::string(1, static_cast<char>('a' + i)),
+                               fmt::format("simulated:living-room?robot={}&robots=5&frames=100000&seed=3", i + 1),
+                               arguments);
   }
   bool agree(const std::vector<Robot*>& team, std::size_t in_map) {
     const auto holds = [&](Robot* robot) {
@@ -54,8 +53,7 @@ struct Living : testing::Test {
     for (Robot* robot : team) {
       const std::string name = robot->out().filename();
       files.push_back(team[0]->out() / "global" / (name + ".txt"));
-      files.push_back(fmt::format("simulated:living-room?width=320&height=240&robot={}&robots=5&frames=6000&seed=3",
-                                  name[0] - 'a' + 1));
+      files.push_back(fmt::format("simulated:living-room?robot={}&robots=5&frames=6000&seed=3", name[0] - 'a' + 1));
     }
     ASSERT_EQ(test::run("onemap-eval", files, folder / "eval.json"), 0) << test::text_of(folder / "eval.json");
     const auto eval = test::read_json(folder / "eval.json");
