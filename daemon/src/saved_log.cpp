@@ -5,7 +5,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
+#include <set>
+#include <thread>
 
 namespace onemap::daemon {
 
@@ -20,30 +23,48 @@ comms::DiskStoreConfig no_limit() {
   return limits;
 }
 
-// How many could be read and were written: up to the first that could not.
-Result<std::uint32_t> copy_log(const comms::LogStore& from, comms::DiskStore& to, const LogId& log, std::uint32_t count,
-                               const std::atomic<bool>& stop) {
-  for (std::uint32_t seq = 0; seq < count; ++seq) {
-    if (stop) return Error{"", "the daemon is ending"};
-    const auto record = from.find({log, seq});
-    if (record == nullptr) return seq;
-    if (auto kept = to.append(*record); !kept) return kept.error();
-  }
+constexpr int kTries = 1000;
+constexpr auto kTryAgain = std::chrono::milliseconds(2);
+
+// How many of a log there are now, when there were `count`; the same: for a while no more came.
+std::uint32_t more_of(const LogId& log, std::uint32_t count, const SavedLog::Durable& durable,
+                      const std::atomic<bool>& stop) {
+  for (int tries = 0; durable && tries < kTries && !stop; ++tries, std::this_thread::sleep_for(kTryAgain))
+    if (const std::uint32_t now = durable(log); now > count) return now;
   return count;
 }
 
+struct Copied {
+  std::uint32_t records = 0, left_out = 0;
+};
+// Up to the first record that cannot be read, and at least as far as what made bodies needless that are not here.
+Result<Copied> copy_log(const comms::LogStore& from, comms::DiskStore& to, const LogId& log, std::uint32_t count,
+                        const SavedLog::Durable& durable, const std::atomic<bool>& stop) {
+  std::set<std::uint32_t> bare;  // heads alone, without a word of a later record
+  for (std::uint32_t seq = 0;; ++seq) {
+    if (seq == count && !bare.empty()) count = more_of(log, count, durable, stop);
+    if (stop) return Error{"", "the daemon is ending"};
+    if (seq == count) return Copied{count, 0};
+    const auto record = from.find({log, seq});
+    if (record == nullptr) return Copied{seq, count - seq};
+    if (auto kept = to.append(*record); !kept) return kept.error();
+    if (record->dropped) bare.insert(seq);
+    bare.erase(record->seal.replaces);
+  }
+}
+
 Result<SavedLog::Saved> copy_all(const comms::LogStore& from, const VersionVector& logs, const std::string& folder,
-                                 const std::atomic<bool>& stop) {
+                                 const SavedLog::Durable& durable, const std::atomic<bool>& stop) {
   const auto disk = comms::PosixDisk::open(folder);
   if (!disk) return disk.error();
   const auto store = comms::DiskStore::open(**disk, no_limit());
   if (!store) return store.error();
   SavedLog::Saved saved;
   for (const auto& [log, count] : logs) {
-    const auto copied = copy_log(from, **store, log, count, stop);
+    const auto copied = copy_log(from, **store, log, count, durable, stop);
     if (!copied) return copied.error();
-    saved.records += *copied;
-    saved.left_out += count - *copied;
+    saved.records += copied->records;
+    saved.left_out += copied->left_out;
   }
   (*store)->flush();
   const auto view = (*store)->view();
@@ -76,12 +97,13 @@ VersionVector durable_part(const comms::LogStore& store) {
 }
 
 Result<SavedLog::Saved> SavedLog::save(const comms::LogStore& from, const VersionVector& logs,
-                                       const std::string& folder, const std::atomic<bool>& stop) {
+                                       const std::string& folder, const std::atomic<bool>& stop,
+                                       const Durable& durable) {
   std::error_code none;
   if (fs::symlink_status(folder, none).type() != fs::file_type::not_found) return Error{folder, "it is there already"};
   const std::string partial = folder + ".partial";
   fs::remove_all(partial, none);  // of a life that ended while it saved
-  auto saved = copy_all(from, logs, partial, stop);
+  auto saved = copy_all(from, logs, partial, durable, stop);
   if (saved && saved->records == 0) saved = Error{"", "there is no record yet"};
   const Status done = saved ? put_in_place(partial, folder) : Status(saved.error());
   if (!done) fs::remove_all(partial, none);

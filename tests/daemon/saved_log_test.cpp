@@ -76,6 +76,23 @@ TEST_F(SavedRecords, WhatCannotBeReadIsLeftOutAndSaid) {
   EXPECT_EQ(done->left_out, 2u);
 }
 
+// A body that goes between the look at the log and its copy: a head says nothing without the record that replaces it.
+TEST_F(SavedRecords, ABodyThatGoesMeanwhileTakesWhatReplacesItAlong) {
+  const Kept kept(log);
+  for (int k = 0; k < 3; ++k) ASSERT_TRUE(kept.store->append(logs.next(kPoses, 1, body(10))));
+  const VersionVector before = kept.store->frontier();
+  ASSERT_TRUE(kept.store->append(logs.next(kPoses, 1, body(10))));
+  ASSERT_TRUE(kept.store->append(logs.next(kPoses, 1, body(10), 2)));  // replaces the third
+  ASSERT_TRUE(kept.store->append(logs.next(kPoses, 1, body(10))));
+  ASSERT_TRUE(kept.store->forget({kPoses, 2}));
+  int asked = 0;
+  const auto durable = [&](const LogId&) -> std::uint32_t { return ++asked < 3 ? 4 : 5; };
+  const auto done = SavedLog::save(*kept.store, before, saved, stop, durable);
+  ASSERT_TRUE(done.ok()) << done.error().text();
+  EXPECT_EQ(done->records, 5u) << "up to the one that replaces it, and no more";
+  EXPECT_EQ(done->left_out, 0u);
+}
+
 TEST_F(SavedRecords, AFolderIsThereWholeOrNotAtAll) {
   const Kept kept(log);
   Unreadable from(*kept.store, {});

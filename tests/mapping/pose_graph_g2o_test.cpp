@@ -120,30 +120,44 @@ double chi2_in_radians(const PoseGraph& graph, const GraphSolution& solution) {
   return sum;
 }
 
+struct Written {
+  PoseGraph graph;
+  GraphSolution solution;
+  std::string text;
+};
+Written three_robots() {
+  test::PoseGraphTeam team(3);
+  team.add_right_links(40);
+  Written out{team.graph(), {}, {}};
+  out.solution = out.graph.solve();
+  out.text = to_g2o(out.graph, out.solution);
+  return out;
+}
+
+// What a Python program that is given the file says behind "read ".
+std::istringstream read_by(const std::string& python, const std::string& program, const std::string& text) {
+  const test::TempFolder folder;
+  folder.write("map.g2o", text);
+  const test::Said said = test::say(python + " -c '" + program + "' " + (folder / "map.g2o"));
+  const std::size_t at = said.output.find("read ");
+  EXPECT_TRUE(said.status == 0 && at != std::string::npos) << said.output;
+  return std::istringstream(at == std::string::npos ? "" : said.output.substr(at + 5));
+}
+
 TEST(PoseGraphG2o, GraphslamSeesTheSameErrors) {
   const std::string python = test::python_with("graphslam.graph");
   if (python.empty()) GTEST_SKIP() << "the Python module graphslam is not installed";
-  test::PoseGraphTeam team(3);
-  team.add_right_links(40);
-  const PoseGraph graph = team.graph();
-  const GraphSolution solution = graph.solve();
-  const test::TempFolder folder;
-  const std::string text = to_g2o(graph, solution);
-  folder.write("map.g2o", text);
-  const test::Said said = test::say(python +
-                                    " -c 'import sys; from graphslam.graph import Graph; "
-                                    "g = Graph.from_g2o(sys.argv[1]); print(\"read\", len(g._vertices), "
-                                    "len(g._edges), g.calc_chi2())' " +
-                                    (folder / "map.g2o"));
-  ASSERT_EQ(said.status, 0) << said.output;
+  const Written written = three_robots();
+  std::istringstream read = read_by(python,
+                                    "import sys; from graphslam.graph import Graph; g = Graph.from_g2o(sys.argv[1]); "
+                                    "print(\"read\", len(g._vertices), len(g._edges), g.calc_chi2())",
+                                    written.text);
   std::size_t vertices = 0, edges = 0;
   double chi2 = 0;
-  const std::size_t at = said.output.find("read ");
-  ASSERT_NE(at, std::string::npos) << said.output;
-  ASSERT_TRUE(std::istringstream(said.output.substr(at + 5)) >> vertices >> edges >> chi2) << said.output;
+  ASSERT_TRUE(read >> vertices >> edges >> chi2) << read.str();
   EXPECT_EQ(vertices, 180u);
-  EXPECT_EQ(edges, parse(text).edges.size());
-  const double should = chi2_in_radians(graph, solution);
+  EXPECT_EQ(edges, parse(written.text).edges.size());
+  const double should = chi2_in_radians(written.graph, written.solution);
   EXPECT_GT(should, 10);
   EXPECT_NEAR(chi2, should, 1e-3 * should) << "its rotation error is the quaternion's vector part, as g2o's is";
 }
@@ -151,25 +165,15 @@ TEST(PoseGraphG2o, GraphslamSeesTheSameErrors) {
 TEST(PoseGraphG2o, GtsamReadsVerticesAndEdges) {
   const std::string python = test::python_with("gtsam");
   if (python.empty()) GTEST_SKIP() << "the Python module gtsam is not installed";
-  test::PoseGraphTeam team(3);
-  team.add_right_links(40);
-  const PoseGraph graph = team.graph();
-  const GraphSolution solution = graph.solve();
-  const test::TempFolder folder;
-  const std::string text = to_g2o(graph, solution);
-  folder.write("map.g2o", text);
-  const test::Said said = test::say(python +
-                                    " -c 'import sys, gtsam; g, v = gtsam.readG2o(sys.argv[1], True); "
-                                    "print(\"read\", v.size(), g.size(), *v.atPose3(2097211).translation())' " +
-                                    (folder / "map.g2o"));
-  ASSERT_EQ(said.status, 0) << said.output;
+  const Written written = three_robots();
+  std::istringstream read = read_by(python,
+                                    "import sys, gtsam; g, v = gtsam.readG2o(sys.argv[1], True); "
+                                    "print(\"read\", v.size(), g.size(), *v.atPose3(2097211).translation())",
+                                    written.text);
   std::size_t vertices = 0, edges = 0;
   Vector3d t;
-  const std::size_t at = said.output.find("read ");
-  ASSERT_NE(at, std::string::npos) << said.output;
-  ASSERT_TRUE(std::istringstream(said.output.substr(at + 5)) >> vertices >> edges >> t.x() >> t.y() >> t.z())
-      << said.output;
-  const Parsed parsed = parse(text);
+  ASSERT_TRUE(read >> vertices >> edges >> t.x() >> t.y() >> t.z()) << read.str();
+  const Parsed parsed = parse(written.text);
   EXPECT_EQ(vertices, parsed.vertices.size());
   EXPECT_EQ(edges, parsed.edges.size());
   EXPECT_LT((t - parsed.vertices.at((2 << 20) + 59).t).norm(), 1e-6);

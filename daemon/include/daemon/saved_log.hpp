@@ -2,6 +2,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -24,9 +25,11 @@ class SavedLog {
     std::size_t left_out = 0;            // could not be read, or follow such a one
   };
   // Writes the records of `logs` into a folder, which is there whole and for good, or not at all. The store's find()
-  // must be for any thread. The error says why nothing is saved.
+  // must be for any thread. A body may go while it is written, for a record that is beyond `logs`: then as many more
+  // of that log are written, of which `durable` says how many there are now. The error says why nothing is saved.
+  using Durable = std::function<std::uint32_t(const LogId&)>;
   static Result<Saved> save(const comms::LogStore& from, const VersionVector& logs, const std::string& folder,
-                            const std::atomic<bool>& stop);
+                            const std::atomic<bool>& stop, const Durable& durable = {});
 
   // Of a folder that stays as it is. The error says why there is nothing to read; `stop` ends the reading, and must
   // outlive this.

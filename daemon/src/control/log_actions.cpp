@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <map>
 #include <set>
@@ -113,7 +114,15 @@ Result<Json> save_records(const OwnRecords& own, const std::string& folder, cons
     return Error{"", "this robot keeps no log on its disk (store.keep), so there is none to save"};
   VersionVector logs;
   if (!own.ask([&](comms::Node&, comms::LogStore& store) { logs = durable_part(store); }, stop)) return ending();
-  const auto saved = SavedLog::save(*own.kept, logs, folder, stop);
+  const auto durable = [&](const LogId& log) {
+    std::uint32_t now = 0;
+    const auto look = [&](comms::Node&, comms::LogStore& store) {
+      const auto at = store.frontier().find(log);
+      now = at == store.frontier().end() ? 0 : std::min(at->second, store.durable(log));
+    };
+    return own.ask(look, stop) ? now : 0;
+  };
+  const auto saved = SavedLog::save(*own.kept, logs, folder, stop, durable);
   if (!saved) return saved.error();
   return Json{
       {"path", printable(folder)}, {"records", saved->records}, {"bytes", saved->bytes}, {"left_out", saved->left_out}};
