@@ -29,7 +29,8 @@ Status set_speed(const ConfigValue& value, Config& config) {
   const auto* word = std::get_if<std::string>(&value);
   const bool is_number = std::holds_alternative<std::int64_t>(value) || std::holds_alternative<double>(value);
   const auto speed = parse_speed(word ? *word : is_number ? toml_text(value) : "");
-  if (!speed) return Error{"", speed.error().reason};
+  if (!speed)
+    return Error{"", speed.error().reason + (word ? near_word(*word, std::array<std::string_view, 1>{"max"}) : "")};
   config.speed = *speed;
   return success();
 }
