@@ -188,7 +188,8 @@ void add_map(std::vector<ConfigKey>& keys) {
       {"map", "budget_mb", "MB for the own map; full: new blocks are refused and counted"}, kBudget,
       [](auto& c) -> auto& { return c.mapper.map.budget_bytes; }));
   keys.push_back(megabytes(
-      {"map", "places_budget_mb", "MB for the index of own keyframes; full: new ones are refused and counted"},
+      {"map", "places_budget_mb",
+       "MB for the index of own keyframes; full: every second one leaves, then every second of the rest, and so on"},
       kPlacesBudget, [](auto& c) -> auto& { return c.places_budget_bytes; }));
   keys.push_back(megabytes(
       {"map", "global_budget_mb", "MB for the team's map; full: blocks are refused and counted"}, kBudget,
