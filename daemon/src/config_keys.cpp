@@ -64,9 +64,12 @@ void add_network(std::vector<ConfigKey>& keys) {
   keys.push_back(
       list({"network", "peers", "neighbours to greet; none here, no listen and no group: the robot is alone"},
            "ADDR:PORT", "such as [\"10.0.0.2:4600\"]", &Config::peers, check_peer));
-  keys.push_back(
-      text({"network", "group", "IPv4 multicast group where robots of one network find each other; empty: none"},
-           "ADDR:PORT from 224.0.0.0 to 239.255.255.255, such as 239.77.1.1:4600", &Config::group, check_group));
+  keys.push_back(text(
+      {"network", "group",
+       fmt::format("IPv4 multicast group where robots of one network find each other; empty: none, but {} with a "
+                   "team key, no listen, no peers and no run.once",
+                   kTeamGroup)},
+      fmt::format("ADDR:PORT from 224.0.0.0 to 239.255.255.255, such as {}", kTeamGroup), &Config::group, check_group));
   keys.push_back(number<std::uint64_t>(
       {"network", "bytes_per_second", "bytes a second sent at most, to all neighbours"}, {10'000, 1'000'000'000},
       [](auto& c) -> auto& { return c.bytes_per_second; }));
