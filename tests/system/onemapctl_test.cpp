@@ -26,9 +26,14 @@ Said ctl(const TempFolder& folder, std::vector<std::string> arguments) {
 TEST(Onemapctl, ShowsPeopleAndProgramsWhatTheDaemonKnows) {
   const TempFolder folder;
   ControlRobot robot(folder);
-  const std::pair<const char*, const char*> commands[] = {
-      {"status", "robot         r1"}, {"peers", "this robot is alone"}, {"map", "digest"}, {"pose", "tracked"},
-      {"cameras", "640 x 480"},       {"doctor", "ok   camera"}};
+  const std::pair<const char*, const char*> commands[] = {{"status", "robot         r1"},
+                                                          {"peers", "this robot is alone"},
+                                                          {"map", "digest"},
+                                                          {"pose", "tracked"},
+                                                          {"cameras", "640 x 480"},
+                                                          {"doctor", "ok   camera"},
+                                                          {"consensus", "nobody to agree"},
+                                                          {"metrics", "onemap_frames"}};
   for (const auto& [command, words] : commands) {
     const Said people = ctl(folder, {"--socket", robot.socket(), command});
     EXPECT_EQ(people.status, 0) << command << people.text;
@@ -43,6 +48,26 @@ TEST(Onemapctl, ShowsPeopleAndProgramsWhatTheDaemonKnows) {
   const Said metrics = ctl(folder, {"--socket", robot.socket(), "metrics"});
   EXPECT_EQ(metrics.status, 0);
   EXPECT_NO_THROW(test::PrometheusParser::parse(metrics.text));
+}
+
+TEST(Onemapctl, TheTeamsKeyIsSaidToProgramsAndItselfOnlyWhenAskedFor) {
+  const TempFolder folder;
+  const std::string file = folder / "team.key";
+  const auto team = [&](std::vector<std::string> words) {
+    words.insert(words.end(), {"--file", file, "--json"});
+    words.insert(words.begin(), "team");
+    const Said said = ctl(folder, words);
+    EXPECT_EQ(said.status, 0) << said.text;
+    return control::Json::parse(said.text, nullptr, false);
+  };
+  const auto made = team({"init"});
+  EXPECT_EQ(made.value("class", ""), "TEAM");
+  EXPECT_EQ(made.value("file", ""), file);
+  EXPECT_EQ(team({"show"}), made) << "no key in either";
+  const std::string key = team({"show", "--secret"}).value("key", "");
+  EXPECT_EQ(key + "\n", test::text_of(file));
+  std::filesystem::remove(file);
+  EXPECT_EQ(team({"join", key}), made) << "the same team";
 }
 
 TEST(Onemapctl, FollowsUntilTheDaemonEnds) {
@@ -132,12 +157,21 @@ TEST(Onemapctl, SaysWhyTwoRobotsAreJoinedTakesThatBackAndLetsItCountAgain) {
   const Said nobody = ctl(folder, {"--socket", folder / "a.sock", "why", "a", "nobody"});
   EXPECT_EQ(nobody.status, 1);
   EXPECT_THAT(nobody.text, HasSubstr("nobody"));
-  const Said apart = ctl(folder, {"--socket", folder / "b.sock", "unmerge", "a", "b"});
-  EXPECT_EQ(apart.status, 0) << apart.text;
+  const auto json_of = [&](const std::string& robot, const std::string& command) {
+    const Said said = ctl(folder, {"--socket", folder / (robot + ".sock"), "--json", command, "a", "b"});
+    EXPECT_EQ(said.status, 0) << said.text;
+    return control::Json::parse(said.text, nullptr, false);
+  };
+  const auto why_json = json_of("a", "why");
+  EXPECT_EQ(why_json.value("of", ""), "WHY");
+  EXPECT_TRUE(why_json.value("one_map", false)) << why_json.dump();
+  const auto apart = json_of("b", "unmerge");
+  EXPECT_EQ(apart.value("of", ""), "UNMERGE");
+  EXPECT_GT(apart.value("pairs", 0), 0) << apart.dump();
   ASSERT_TRUE(together(1)) << a.log() << b.log();
   const Said ruled = ctl(folder, {"--socket", folder / "a.sock", "why", "a", "b"});
   EXPECT_THAT(ruled.text, AllOf(HasSubstr("they are not in one map"), HasSubstr("they are apart, at b")));
-  EXPECT_EQ(ctl(folder, {"--socket", folder / "a.sock", "merge", "a", "b"}).status, 0);
+  EXPECT_EQ(json_of("a", "merge").value("of", ""), "MERGE");
   ASSERT_TRUE(together(2)) << a.log() << b.log();
 }
 

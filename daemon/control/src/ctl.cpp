@@ -119,9 +119,11 @@ int doctor(Ctl& ctl) {
 using Run = std::function<int(Ctl&)>;
 using RunAlone = std::function<int(const Options&)>;  // without a daemon
 
-int say(const Result<std::string>& said) {
+int say(const Options& options, const Result<TeamSaid>& said) {
   if (!said) return complain(CtlExit::refused, said.error().text());
-  return show(*said) ? 0 : complain(CtlExit::refused, "standard output cannot be written to");
+  return show(options.json ? line_of(said->json) : said->words)
+             ? 0
+             : complain(CtlExit::refused, "standard output cannot be written to");
 }
 
 // Not an argument by default: those can be seen by everybody on the machine.
@@ -133,7 +135,7 @@ int join_team(const Options& options) {
       return complain(CtlExit::usage, "team join reads the key from standard input, and there is none");
     line = text.data();
   }
-  return say(team_join(options.team, line));
+  return say(options, team_join(options.team, line));
 }
 
 // The command line, and what was chosen on it.
@@ -158,7 +160,7 @@ struct CommandLine {
 CommandLine::CommandLine() {
   app.set_version_flag("--version", "onemapctl " ONEMAP_VERSION);
   app.add_option("--socket", options.socket, "control socket of the daemon")->type_name("PATH");
-  app.add_flag("--json", options.json, "what the daemon said, one JSON object a line");
+  app.add_flag("--json", options.json, "JSON instead of words, one object a line");
   app.add_option("--timeout", options.timeout_s, "seconds to wait for an answer (default 10)")
       ->type_name("S")
       ->check(CLI::Range(0.1, 86400.0));
@@ -242,10 +244,10 @@ void CommandLine::declare_team() {
     return sub;
   };
   one("init", "make a key for a new team", [](const Options& o) {
-    return say(team_init(o.team));
+    return say(o, team_init(o.team));
   })->add_flag("--force", options.team.force, "in place of the key that there is");
   one("show", "which key there is, by its fingerprint", [](const Options& o) {
-    return say(team_show(o.team));
+    return say(o, team_show(o.team));
   })->add_flag("--secret", options.team.secret, "the key itself, for another robot's team join");
   auto* join = one("join", "take the team's key from a line of standard input", join_team);
   join->add_option("key", options.team.key, "the line, instead; others on this machine can see it");
@@ -258,7 +260,11 @@ void CommandLine::declare_calibrate() {
   sub->fallthrough(false)->prefix_command()->set_help_flag();
   sub->callback([this, sub] {
     options.words = sub->remaining();
-    run_alone = [](const Options& o) { return complain(CtlExit::refused, become_calibrate(o.words).text()); };
+    run_alone = [](const Options& o) {
+      std::vector<std::string> words = o.words;
+      if (o.json) words.insert(words.begin(), "--json");
+      return complain(CtlExit::refused, become_calibrate(words).text());
+    };
   });
 }
 
