@@ -11,6 +11,7 @@
 #include "control/calibrate.hpp"
 #include "control/client.hpp"
 #include "control/doctor.hpp"
+#include "control/doctor_alone.hpp"
 #include "control/socket_place.hpp"
 #include "control/team_commands.hpp"
 #include "control/words.hpp"
@@ -36,7 +37,7 @@ constexpr const char* kFooter =
     "  0  done\n"
     "  1  the daemon refused or could not, and the message says why; doctor: something is wrong\n"
     "  2  bad command line; nobody was asked\n"
-    "  3  no daemon answers\n";
+    "  3  no daemon answers; doctor then looks at what can be seen without one\n";
 
 struct Options {
   std::string socket;
@@ -105,6 +106,10 @@ int record(Ctl& ctl, bool enable) {
   return ask(ctl, request, fields_words);
 }
 
+void show_findings(const Options& options, const Json& findings) {
+  show(options.json ? line_of({{"class", "DOCTOR"}, {"findings", findings}}) : findings_words(findings));
+}
+
 int doctor(Ctl& ctl) {
   const auto answer = ctl.client.ask({{"class", "DOCTOR"}}, ctl.patience());
   if (!answer) return fail(answer.error());
@@ -112,8 +117,16 @@ int doctor(Ctl& ctl) {
   for (Json& finding : own_findings(ctl.options.socket)) findings.push_back(std::move(finding));
   bool good = true;
   for (const Json& finding : findings) good = good && finding.value("ok", false);
-  show(ctl.options.json ? line_of({{"class", "DOCTOR"}, {"findings", findings}}) : findings_words(findings));
+  show_findings(ctl.options, findings);
   return static_cast<int>(good ? CtlExit::done : CtlExit::refused);
+}
+
+// No daemon answers, for this reason.
+int doctor_alone(const Options& options, const Error& why) {
+  Json findings = findings_without_daemon(why, this_machine());
+  findings.push_back(look_at_clock());
+  show_findings(options, findings);
+  return complain(CtlExit::no_daemon, why.text());
 }
 
 using Run = std::function<int(Ctl&)>;
@@ -143,7 +156,8 @@ struct CommandLine {
   CLI::App app{"onemapctl - asks onemapd what it knows, and tells it what to do", "onemapctl"};
   Options options;
   Run run;
-  RunAlone run_alone;  // if this is set
+  RunAlone run_alone;                                                       // if this is set
+  std::function<int(const Options&, const Error& why)> run_without_daemon;  // if it is set and no daemon answers
 
   CLI::App* command(const char* name, const char* text, Run what) {
     CLI::App* sub = app.add_subcommand(name, text);
@@ -189,7 +203,10 @@ void CommandLine::declare_reading() {
       ->type_name("CLASS");
   plain("metrics", "counters and gauges as Prometheus text", "METRICS", metrics_words);
   plain("cameras", "what the robot sees with", "CAMERAS", cameras_words);
-  command("doctor", "what is wrong, and what to do", doctor);
+  app.add_subcommand("doctor", "what is wrong, and what to do; also when no daemon answers")->callback([this] {
+    run = doctor;
+    run_without_daemon = doctor_alone;
+  });
 }
 
 void CommandLine::declare_changing() {
@@ -283,12 +300,15 @@ Result<std::string> find_socket(const Options& options) {
 
 int connect_and_run(const CommandLine& line) {
   Options options = line.options;
+  const auto no_daemon = [&](const Error& why) {
+    return line.run_without_daemon ? line.run_without_daemon(options, why) : complain(CtlExit::no_daemon, why.text());
+  };
   auto socket = find_socket(options);
-  if (!socket) return complain(CtlExit::no_daemon, socket.error().text());
+  if (!socket) return no_daemon(socket.error());
   options.socket = *socket;
   const auto patience = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(options.timeout_s));
   auto client = ControlClient::connect(options.socket, patience);
-  if (!client) return complain(CtlExit::no_daemon, client.error().text());
+  if (!client) return no_daemon(client.error());
   Ctl ctl{options, std::move(*client)};
   return line.run(ctl);
 }
