@@ -74,12 +74,14 @@ TEST(Onemapctl, FollowsUntilTheDaemonEnds) {
   const TempFolder folder;
   ControlRobot robot(folder);
   auto follow = test::start("onemapctl", {"--socket", robot.socket(), "pose", "--follow"}, folder / "poses.txt");
-  auto watch = test::start("onemapctl", {"--socket", robot.socket(), "watch", "POSE", "STATUS", "--json"},
+  auto watch = test::start("onemapctl", {"--socket", robot.socket(), "watch", "POSE", "STATUS", "PEERS", "--json"},
                            folder / "watch.txt");
   const auto watched = [&](const char* name) {
     return test::text_of(folder / "watch.txt").find(fmt::format("\"class\":\"{}\"", name)) != std::string::npos;
   };
-  const auto all = [&] { return test::lines(folder / "poses.txt") > 5 && watched("POSE") && watched("STATUS"); };
+  const auto all = [&] {
+    return test::lines(folder / "poses.txt") > 5 && watched("POSE") && watched("STATUS") && watched("PEERS");
+  };
   EXPECT_TRUE(test::wait_until(all, std::chrono::seconds(60)));
   EXPECT_EQ(robot->stop(), 0);
   EXPECT_TRUE(follow.wait(test::kPatience * std::chrono::seconds(30)));
