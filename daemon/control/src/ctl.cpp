@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <functional>
 #include <optional>
+#include <set>
 
 #include "control/calibrate.hpp"
 #include "control/client.hpp"
@@ -321,6 +322,20 @@ std::vector<std::string> ctl_commands() {
   for (const CLI::App* sub : line.app.get_subcommands([](const CLI::App*) { return true; }))
     names.push_back(sub->get_name());
   return names;
+}
+
+namespace {
+void add_options(const CLI::App& app, std::set<std::string>& names) {
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& name : option->get_lnames()) names.insert(name);
+  for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; })) add_options(*sub, names);
+}
+}  // namespace
+
+std::vector<std::string> ctl_options() {
+  std::set<std::string> names;
+  add_options(CommandLine().app, names);
+  return {names.begin(), names.end()};
 }
 
 std::string ctl_help() { return CommandLine().app.help(); }
