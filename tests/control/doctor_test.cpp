@@ -96,8 +96,9 @@ TEST_F(Doctor, NodesOfCamerasThatTheDaemonMayNotOpen) {
   machine_.groups = {kVideo};
   file("/dev/video0", 0606);
   expect_good("camera", "/dev/video0");
-  usb("1-2", "046d", "c52b", "7");  // a mouse
-  expect_good("camera", "/dev/video0 can be opened");
+  usb("1-2", "046d", "c52b", "7");
+  file("/dev/bus/usb/001/007", 0600);
+  expect_good("camera", "/dev/video0 can be opened");  // a mouse is no camera
   usb("1-3", "045e", "02ae", "12");
   file("/dev/bus/usb/001/012", 0664);
   const auto found = about("camera");

@@ -136,7 +136,8 @@ void look_at_nodes(const Machine& machine, std::vector<Json>& findings) {
   const auto nodes = camera_nodes(machine.root);
   for (const std::string& node : nodes) {
     struct stat found {};
-    if (stat((machine.root + node).c_str(), &found) != 0 || may_use(machine, found)) {
+    if (stat((machine.root + node).c_str(), &found) != 0) continue;  // pulled out just now
+    if (may_use(machine, found)) {
       usable.push_back(node);
       continue;
     }
