@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "daemon/command_line.hpp"
@@ -35,6 +36,7 @@ struct Wish {
   std::string recording, nominal, out;
   imaging::RigEstimator::Settings settings;
   std::size_t images = 24;
+  bool json = false;
 };
 
 Result<imaging::RigCalibration> scaled(const imaging::RigCalibration& nominal, const Intrinsics& recorded,
@@ -85,6 +87,34 @@ Result<imaging::RigEstimator::Estimated> run(const Wish& wish) {
   return estimated;
 }
 
+using Json = nlohmann::ordered_json;
+
+// Without a deviation it is as it was.
+Json json_of(double value, std::optional<double> sigma) {
+  return {{"value", value}, {"sigma", sigma ? Json(*sigma) : Json()}};
+}
+
+// What words_of() says, for programs; the file's own keys name the numbers.
+Json json_of(const imaging::RigEstimator::Estimated& e) {
+  const auto& t = e.rig.pose.translation_m;
+  const auto turn = imaging::turn_rad(e.rig.pose);
+  Json json{{"class", "CALIBRATION"}, {"edges", e.lens.edges}, {"unrest_px", e.lens.unrest_px}, {"planes", e.planes}};
+  for (std::size_t i = 0; i < 3; ++i) json[fmt::format("turn_{}_rad", "xyz"[i])] = json_of(turn[i], e.lens.sigma[i]);
+  for (std::size_t i = 0; i < 3; ++i)
+    json[fmt::format("colour_from_depth_{}", "xyz"[i])] =
+        json_of(t[i], i < 2 ? std::optional(e.lens.sigma[3 + i]) : std::nullopt);
+  json["depth_offset_m"] = json_of(e.rig.depth_offset_m, e.offset_told ? std::optional(e.offset.sigma) : std::nullopt);
+  json["depth_scale"] = json_of(e.rig.colour.depth_scale, e.scale ? std::optional(e.scale->sigma) : std::nullopt);
+  return json;
+}
+
+std::string answer(const Wish& wish, const imaging::RigEstimator::Estimated& estimated) {
+  if (!wish.json) return imaging::words_of(estimated);
+  Json json = json_of(estimated);
+  if (!wish.out.empty()) json["out"] = wish.out;
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 Ending calibrate(const std::vector<std::string>& arguments) {
   CLI::App app(kDescription, kProgram);
   Wish wish;
@@ -98,19 +128,20 @@ Ending calibrate(const std::vector<std::string>& arguments) {
   app.add_option("--images", wish.images, "how many of the recording's images are looked at (default 24)")
       ->type_name("N")
       ->check(CLI::Range(4, 200));
+  app.add_flag("--json", wish.json, "what was told as a JSON object instead of words");
   app.footer(kFooter);
   if (auto ending = parse_command_line(app, arguments)) return *ending;
   if (baseline->count() > 0) wish.settings.baseline_m = baseline_m;
   const auto estimated = run(wish);
   if (!estimated) return {Exit::failed, complaint(kProgram, estimated.error().text())};
+  if (wish.out.empty()) return {Exit::done, answer(wish, *estimated)};
   const std::string words = imaging::words_of(*estimated);
-  if (wish.out.empty()) return {Exit::done, words};
   std::string file = fmt::format("# By onemap-calibrate from {}\n", printable(wish.recording));
   for (std::size_t at = 0; at < words.size(); at = words.find('\n', at) + 1)
     file += "# " + words.substr(at, words.find('\n', at) - at) + "\n";
   if (const Status status = write_text_file(wish.out, file + imaging::text_of(estimated->rig)); !status)
     return {Exit::failed, complaint(kProgram, status.error().text())};
-  return {Exit::done, words};
+  return {Exit::done, answer(wish, *estimated)};
 }
 
 }  // namespace

@@ -94,7 +94,7 @@ void App::start() {
   map_keeper_->start();
   if (config_.record.start)
     if (auto begun = recorder_->start(next_recording(config_.out)); !begun)
-      log_.warn("not recording: {}", begun.error().text());
+      log_.warn("not recording: {}; mend that, then `onemapctl record start`", begun.error().text());
   capture_->start();
 }
 
@@ -236,7 +236,8 @@ Exit App::verdict(End end, const Status& written) {
   bool complete = end == End::done;
   if (config_.once) {
     const RadioView radio = radio_->view();
-    for (const std::string& peer : radio.peers_never_heard) log_.warn("peer {} was never heard", peer);
+    for (const std::string& peer : radio.peers_never_heard)
+      log_.warn("peer {} was never heard: does it run with the same team key, is the address right?", peer);
     if (radio.left_out > 0)
       log_.warn("the map is without {} records of this robot: the store had no room", radio.left_out);
     const std::set<RobotId> cut_short = team_->view().cut_short;

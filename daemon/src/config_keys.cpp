@@ -29,7 +29,8 @@ Status set_speed(const ConfigValue& value, Config& config) {
   const auto* word = std::get_if<std::string>(&value);
   const bool is_number = std::holds_alternative<std::int64_t>(value) || std::holds_alternative<double>(value);
   const auto speed = parse_speed(word ? *word : is_number ? toml_text(value) : "");
-  if (!speed) return Error{"", speed.error().reason};
+  if (!speed)
+    return Error{"", speed.error().reason + (word ? near_word(*word, std::array<std::string_view, 1>{"max"}) : "")};
   config.speed = *speed;
   return success();
 }
@@ -63,9 +64,12 @@ void add_network(std::vector<ConfigKey>& keys) {
   keys.push_back(
       list({"network", "peers", "neighbours to greet; none here, no listen and no group: the robot is alone"},
            "ADDR:PORT", "such as [\"10.0.0.2:4600\"]", &Config::peers, check_peer));
-  keys.push_back(
-      text({"network", "group", "IPv4 multicast group where robots of one network find each other; empty: none"},
-           "ADDR:PORT from 224.0.0.0 to 239.255.255.255, such as 239.77.1.1:4600", &Config::group, check_group));
+  keys.push_back(text(
+      {"network", "group",
+       fmt::format("IPv4 multicast group where robots of one network find each other; empty: none, but {} with a "
+                   "team key, no listen, no peers and no run.once",
+                   kTeamGroup)},
+      fmt::format("ADDR:PORT from 224.0.0.0 to 239.255.255.255, such as {}", kTeamGroup), &Config::group, check_group));
   keys.push_back(number<std::uint64_t>(
       {"network", "bytes_per_second", "bytes a second sent at most, to all neighbours"}, {10'000, 1'000'000'000},
       [](auto& c) -> auto& { return c.bytes_per_second; }));
@@ -187,7 +191,8 @@ void add_map(std::vector<ConfigKey>& keys) {
       {"map", "budget_mb", "MB for the own map; full: new blocks are refused and counted"}, kBudget,
       [](auto& c) -> auto& { return c.mapper.map.budget_bytes; }));
   keys.push_back(megabytes(
-      {"map", "places_budget_mb", "MB for the index of own keyframes; full: new ones are refused and counted"},
+      {"map", "places_budget_mb",
+       "MB for the index of own keyframes; full: every second one leaves, then every second of the rest, and so on"},
       kPlacesBudget, [](auto& c) -> auto& { return c.places_budget_bytes; }));
   keys.push_back(megabytes(
       {"map", "global_budget_mb", "MB for the team's map; full: blocks are refused and counted"}, kBudget,

@@ -81,6 +81,16 @@ std::string unknown_section(std::string_view name) {
   return fmt::format("unknown section '{}'{}; known: {}", name, hint, known);
 }
 
+std::string near_word(std::string_view word, std::span<const std::string_view> words) {
+  std::string_view nearest;
+  std::size_t best = 0;
+  for (const std::string_view known : words) {
+    const std::size_t d = distance(word, known);
+    if (nearest.empty() || d < best) nearest = known, best = d;
+  }
+  return nearest.empty() || !is_slip(best, word) ? "" : fmt::format("; did you mean \"{}\"?", nearest);
+}
+
 std::string toml_text(const ConfigValue& value) { return std::visit(TomlText{}, value); }
 
 std::string config_text(const Config& config) {

@@ -17,7 +17,7 @@ namespace onemap::daemon {
 
 void Harvest::keep(const Status& status) {
   if (status) return;
-  log_.error("not written: {}", status.error().text());
+  log_.error("not written: {}; make room, or let it write there, before it is started again", status.error().text());
   if (first_) first_ = status;
 }
 

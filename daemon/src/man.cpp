@@ -65,7 +65,11 @@ each.
 The command line goes over all files.
 .PP
 The files are TOML.
-Every key has a default, which is shown here: a robot that is alone and has a supported camera needs no line, and no file.
+Every key has a default, which is shown here: a robot that has a supported camera needs no line and no file, alone or with the
+key of its team
+.RB ( "onemapctl team" ),
+which it then looks for in the multicast group 239.77.1.1:4600 of its network. For that the machine needs a route there: a default
+one, or one to 224.0.0.0/4.
 A key or section that does not exist, and a value that is not accepted, are errors that say the file, the line and what was
 probably meant;
 .B onemapd \-\-check\-config
@@ -83,7 +87,7 @@ A configuration with an error changes nothing.
 )";
 
 constexpr const char* kConfigEnd = R"(.SH EXAMPLE
-A robot of a team whose robots find each other on their network:
+A robot of a team in which some find each other on their network, and one is elsewhere:
 .PP
 .nf
 [robot]
@@ -92,6 +96,7 @@ id = "kitchen"
 [network]
 listen = "0.0.0.0:4600"
 group = "239.77.1.1:4600"
+peers = ["10.8.0.2:4600"]
 .fi
 .SH SEE ALSO
 .BR onemapd (8),

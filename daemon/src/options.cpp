@@ -10,6 +10,7 @@
 #include "daemon/command_line.hpp"
 #include "daemon/config_key.hpp"
 #include "daemon/man.hpp"
+#include "daemon/team_seal.hpp"
 
 namespace onemap::daemon {
 
@@ -82,8 +83,8 @@ std::string footer() {
          fmt::format(
              "\nWithout --id the robot is named after the host, here {}. Without --listen, --peer and a group "
              "(network.group)\n"
-             "it is alone.\n",
-             id_from_host(host_name())) +
+             "it is alone, but for one with a team key and without --once, which meets its team in the group {}.\n",
+             id_from_host(host_name()), kTeamGroup) +
          "\nWhat is not said here is in /etc/onemap/onemap.toml and /etc/onemap/onemap.toml.d/*.toml, or has its "
          "default.\n"
          "SIGHUP reads all of it again: what can change in a running daemon does, of the rest it says that it waits "
@@ -163,15 +164,27 @@ Status apply(const Given& given, Config& config) {
   return success();
 }
 
+void fill_in_out(const Surroundings& surroundings, Config& config) {
+  if (!config.out.empty()) return;
+  const DefaultOut out = default_out(surroundings);
+  config.out = out.folder;
+  if (!out.folder.empty()) config.origins["robot.out"] = "default, " + out.origin;
+}
+
+// A robot with a team's key looks for its team; one that only works through a recording (once) does not join by that.
+void fill_in_group(Config& config) {
+  if (!config.alone() || config.once || team_key_file(config).empty()) return;
+  config.group = kTeamGroup;
+  config.origins["network.group"] = "default, there is a team key";
+}
+
 void fill_in(const Surroundings& surroundings, Config& config) {
   if (config.id.empty()) {
     config.id = id_from_host(host_name());
     config.origins["robot.id"] = "default, the host's name";
   }
-  if (!config.out.empty()) return;
-  const DefaultOut out = default_out(surroundings);
-  config.out = out.folder;
-  if (!out.folder.empty()) config.origins["robot.out"] = "default, " + out.origin;
+  fill_in_out(surroundings, config);
+  fill_in_group(config);  // a key may be in OUT
 }
 
 // Everything that is wrong with what is read; what does not fit together is looked for in what is right by itself.

@@ -216,8 +216,10 @@ void Pipeline::log_change(const hal::FrameView& frame, const mapping::FrameRepor
   using mapping::TrackState;
   if (report.state == TrackState::lost && last_state_ != TrackState::lost) {
     lost_since_ = frame.index;
-    log_.limited("lost", "tracking lost at frame {}: {} (features {}, matches {}, inliers {})", frame.index,
-                 to_string(report.reason), report.features, report.matches, report.inliers);
+    log_.limited(
+        "lost",
+        "tracking lost at frame {}: {} (features {}, matches {}, inliers {}); turn slower, or back to what it saw",
+        frame.index, to_string(report.reason), report.features, report.matches, report.inliers);
   } else if (report.state == TrackState::tracking && last_state_ == TrackState::lost) {
     log_.limited(Level::info, "resumed", "tracking resumed at frame {} against keyframe {} after {} frames",
                  frame.index, report.reference_keyframe, frame.index - lost_since_);

@@ -201,7 +201,8 @@ Status Recorder::room(const Session& session) const {
 void Recorder::end(Session& session, const Error& why) {
   session.open = false;
   recording_ = false;
-  log_.warn("the recording ended after {} frames: {}", session.frames.load(), why.text());
+  log_.warn("the recording ended after {} frames: {}; make room, or raise that, then `onemapctl record start`",
+            session.frames.load(), why.text());
   const std::lock_guard lock(mutex_);
   if (session_.get() != &session) return;
   view_.recording = false;

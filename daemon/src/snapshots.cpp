@@ -189,7 +189,9 @@ void Snapshots::note(const Job& job, const Result<Made>& made, Duration took) {
     log_.limited("snapshot", "snapshot in {}: {:.1f} s, for {:.0f} ms of which the team's work stood still",
                  made->folder, to_seconds(took), made->copy_ms);
   else if (!stopping_)
-    log_.limited("snapshot failed", "no snapshot: {}", made.error().text());
+    log_.limited("snapshot failed",
+                 "no snapshot: {}; it is tried again when the next is due, or by `onemapctl snapshot`",
+                 made.error().text());
   const std::lock_guard lock(mutex_);
   ++(made ? view_.made : view_.failed);
   view_.busy = false;

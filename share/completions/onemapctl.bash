@@ -25,7 +25,7 @@ _onemapctl() {
     snapshot) COMPREPLY=($(compgen -W "--map --view --kind $options" -- "$word")) ;;
     save | load) COMPREPLY=($(compgen -W "$options" -- "$word") $(compgen -f -- "$word")) ;;
     team) COMPREPLY=($(compgen -W "init show join --file --secret --force $options" -- "$word")) ;;
-    calibrate) COMPREPLY=($(compgen -W '--from --out --baseline --images --help' -- "$word") $(compgen -f -- "$word")) ;;
+    calibrate) COMPREPLY=($(compgen -W '--from --out --baseline --images --json --help' -- "$word") $(compgen -f -- "$word")) ;;
     *) COMPREPLY=($(compgen -W "$options" -- "$word")) ;;
   esac
 }

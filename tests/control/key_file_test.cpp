@@ -87,19 +87,24 @@ TEST(TeamCommands, InitShowJoin) {
   EXPECT_THAT(team_init(one).error().text(), HasSubstr("--force"));
   const auto shown = team_show(one);
   const std::string fingerprint = comms::fingerprint(*read_secret(one.file, kTeamKeyKind));
-  EXPECT_THAT(*shown, HasSubstr(fingerprint));
+  EXPECT_THAT(shown->words, HasSubstr(fingerprint));
   one.secret = true;
   const auto secret = team_show(one);
-  EXPECT_THAT(*secret, HasSubstr("onemap-team-key-1 "));
-  EXPECT_THAT(*shown, Not(HasSubstr(secret->substr(20, 60)))) << "never the key unless asked";
-  EXPECT_THAT(*made, Not(HasSubstr(secret->substr(20, 60))));
-  const auto joined = team_join(two, *secret);
+  const std::string key = secret->words;
+  EXPECT_THAT(key, HasSubstr("onemap-team-key-1 "));
+  EXPECT_EQ(secret->json.value("key", "") + "\n", key);
+  for (const auto& said : {made, shown}) {
+    EXPECT_THAT(said->words, Not(HasSubstr(key.substr(20, 60)))) << "never the key unless asked";
+    EXPECT_THAT(said->json.dump(), Not(HasSubstr(key.substr(20, 60))));
+  }
+  const auto joined = team_join(two, key);
   ASSERT_TRUE(joined.ok()) << joined.error().text();
-  EXPECT_THAT(*joined, HasSubstr(fingerprint));
+  EXPECT_THAT(joined->words, HasSubstr(fingerprint));
+  EXPECT_EQ(joined->json, (Json{{"class", "TEAM"}, {"file", two.file}, {"fingerprint", fingerprint}}));
   EXPECT_EQ(mode_of(two.file), 0600u);
   EXPECT_EQ(test::text_of(two.file), test::text_of(one.file));
   EXPECT_FALSE(team_join(two, "nonsense").ok());
-  EXPECT_FALSE(team_join(two, *secret).ok()) << "there is one";
+  EXPECT_FALSE(team_join(two, key).ok()) << "there is one";
 }
 
 }  // namespace

@@ -3,7 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <regex>
+#include <sstream>
+
 #include "daemon/options.hpp"
+#include "support/text_of.hpp"
 
 namespace onemap::daemon {
 namespace {
@@ -23,6 +29,36 @@ TEST(Cameras, TheOptionEndsWithTheList) {
   EXPECT_FALSE(parsed.value.has_value());
   EXPECT_EQ(parsed.exit, Exit::done);
   EXPECT_FALSE(parsed.text.empty());
+}
+
+// VENDOR and PRODUCT of the udev rules of one subsystem; a rule without a product is for all of a vendor's.
+std::vector<std::pair<std::string, std::string>> ruled(const std::string& rules, const std::string& subsystem) {
+  std::vector<std::pair<std::string, std::string>> found;
+  std::istringstream in(rules);
+  const std::regex vendor("ATTRS\\{idVendor\\}==\"([0-9a-f]{4})\""), products("ATTRS\\{idProduct\\}==\"([^\"]*)\"");
+  std::smatch match;
+  for (std::string line; std::getline(in, line);) {
+    if (!line.starts_with("SUBSYSTEM==\"" + subsystem + "\"") || !std::regex_search(line, match, vendor)) continue;
+    const std::string of = match[1];
+    found.emplace_back(of, std::regex_search(line, match, products) ? match[1].str() : "*");
+  }
+  return found;
+}
+
+TEST(Cameras, ThoseWithACalibrationOfTheirOwnAreTheDaemonsByAUdevRule) {
+  const std::filesystem::path root(ONEMAP_SOURCE_DIR);
+  const auto rules = ruled(test::text_of(root / "systemd/70-onemap-cameras.rules"), "video4linux");
+  ASSERT_FALSE(rules.empty());
+  std::size_t cameras = 0;
+  for (const auto& file : std::filesystem::directory_iterator(root / "hal/backends/v4l2/calibration")) {
+    const std::string name = file.path().filename().string(), vendor = name.substr(0, 4), product = name.substr(5, 4);
+    ++cameras;
+    EXPECT_TRUE(std::ranges::any_of(rules, [&](const auto& rule) {
+      return rule.first == vendor &&
+             (rule.second == "*" || ("|" + rule.second + "|").find("|" + product + "|") != std::string::npos);
+    })) << name;
+  }
+  EXPECT_GE(cameras, 7u);
 }
 
 TEST(Cameras, EveryBackendSaysHowItIsAddressed) {

@@ -6,7 +6,9 @@
 #include <filesystem>
 #include <map>
 
+#include "daemon/config_key.hpp"
 #include "daemon/options.hpp"
+#include "team_key.hpp"
 #include "temp_folder.hpp"
 
 namespace onemap::daemon {
@@ -113,6 +115,35 @@ TEST_F(ConfigFiles, DumpConfigSaysWhatHoldsAndWhereItIsFrom) {
   const auto again = parse({"--config", folder_ / "dumped.toml"});
   ASSERT_TRUE(again.value) << again.text;
   EXPECT_EQ(again.value->id, "anna");
+}
+
+TEST_F(ConfigFiles, ARobotWithATeamKeyNeedsNoOtherLineToMeetItsTeam) {
+  const std::string key = test::team_key(folder_);
+  environment_["STATE_DIRECTORY"] = folder_.path().string();
+  const std::string group = "group = \"239.77.1.1:4600\"  # from default, there is a team key\n";
+  EXPECT_THAT(parse({"--dump-config"}).text, HasSubstr(group));
+  EXPECT_THAT(parse({"--dump-config", "--out", "o", "--team-key", key}).text, HasSubstr(group));
+  folder_.write("onemap.toml", config_text({}));
+  EXPECT_THAT(parse({"--dump-config"}).text, HasSubstr(group)) << "the example as it is";
+  const auto parsed = parse({});
+  ASSERT_TRUE(parsed.value) << parsed.text;
+  EXPECT_FALSE(parsed.value->alone());
+}
+
+TEST_F(ConfigFiles, WhoSaysSomethingOfTheNetworkHasNoKeyOrPlaysOnceIsInNoGroupByDefault) {
+  const std::string key = test::team_key(folder_);
+  for (const std::vector<std::string>& arguments :
+       std::vector<std::vector<std::string>>{{"--team-key", key, "--once"},
+                                             {"--team-key", key, "--listen", "0.0.0.0:4600"},
+                                             {"--team-key", key, "--peer", "10.0.0.2:4600"},
+                                             {"--team-key", "none"},
+                                             {}}) {
+    const auto parsed = parse(arguments);
+    ASSERT_TRUE(parsed.value) << parsed.text;
+    EXPECT_EQ(parsed.value->group, "") << testing::PrintToString(arguments);
+  }
+  folder_.write("onemap.toml", "[network]\ngroup = \"239.1.2.3:4600\"\n");
+  EXPECT_EQ(parse({"--team-key", key}).value.value_or(Config()).group, "239.1.2.3:4600");
 }
 
 TEST_F(ConfigFiles, AUsersStateIsWhereXdgHasIt) {

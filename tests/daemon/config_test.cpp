@@ -90,6 +90,20 @@ TEST_F(ConfigFile, RefusesBadValuesWithTheirLineAndWhatIsAccepted) {
   EXPECT_THAT(refused("[robot]\ncamera = \"teapot:x\"\n", 2), HasSubstr("known: replay, simulated"));
 }
 
+TEST_F(ConfigFile, OfWordsItSaysTheNearest) {
+  const auto near = [](const std::string& word) { return HasSubstr("; did you mean \"" + word + "\"?"); };
+  EXPECT_THAT(refused("[tracking]\nfeatures = \"surv\"\n", 2), AllOf(HasSubstr("neither surf nor orb"), near("surf")));
+  EXPECT_THAT(refused("[tracking]\nfeatures = \"orbs\"\n", 2), near("orb"));
+  EXPECT_THAT(refused("[run]\nfind_pairs = \"all_pairs\"\n", 2), near("all-pairs"));
+  EXPECT_THAT(refused("[run]\nspeed = \"mx\"\n", 2), near("max"));
+  EXPECT_THAT(refused("[snapshots]\nviews = [\"fit\", \"folow\"]\n", 2),
+              AllOf(HasSubstr("\"folow\" is not one of \"fit\", \"top\""), near("follow")));
+  EXPECT_THAT(refused("[record]\nformats = [\"tom\"]\n", 2), near("tum"));
+  for (const char* far : {"[tracking]\nfeatures = \"sift\"\n", "[snapshots]\nviews = [\"moonlight\"]\n",
+                          "[snapshots]\nviews = [\"fit\", \"fit\"]\n", "[run]\nspeed = \"fastest\"\n"})
+    EXPECT_THAT(refused(far, 2), Not(HasSubstr("did you mean"))) << far;
+}
+
 TEST_F(ConfigFile, WhatIsNotANumberIsRefusedForEveryKey) {
   for (const ConfigKey& key : config_keys())
     for (const char* value : {"nan", "-nan", "inf", "-inf", "1e300", "-1"})

@@ -1,9 +1,11 @@
 // What people are told of the control protocol and of onemapctl is what the programs know.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 
 #include "control/ctl.hpp"
 #include "daemon/control/control_actions.hpp"
@@ -104,9 +106,11 @@ TEST(ControlDocs, EverySubcommandIsInItsManPageAndInEveryCompletion) {
 
 TEST(ControlDocs, EveryOptionIsInTheManPageAndInEveryCompletion) {
   const std::string man = page("onemapctl.1");
-  for (const char* option : {"socket", "json", "timeout", "help", "version", "follow", "map", "view", "kind", "file",
-                             "secret", "force", "from", "out", "baseline", "images"}) {
-    EXPECT_NE(man.find(std::string("--") + option), std::string::npos) << option;
+  auto options = control::ctl_options();
+  EXPECT_GE(options.size(), 11u);
+  options.insert(options.end(), {"from", "out", "baseline", "images"});  // onemap-calibrate's
+  for (const std::string& option : options) {
+    EXPECT_NE(man.find("--" + option), std::string::npos) << option;
     for (const char* file : {"onemapctl.bash", "_onemapctl", "onemapctl.fish"})
       EXPECT_TRUE(has_word(test::text_of(kShare + "completions/" + file), option)) << option << " in " << file;
   }
@@ -129,6 +133,23 @@ TEST(ControlDocs, BashCompletesCommandsAndWhatFollowsThem) {
   EXPECT_EQ(completes("snapshot --kind p"), "png plan\n");
   EXPECT_EQ(completes("pose --f"), "--follow\n");
 }
+
+// The shell itself reads its completion.
+class Completion : public testing::TestWithParam<std::pair<const char*, const char*>> {};
+
+TEST_P(Completion, IsWellFormed) {
+  const auto [shell, file] = GetParam();
+  if (std::system(fmt::format("command -v {} >/dev/null", shell).c_str()) != 0)
+    GTEST_SKIP() << shell << " is missing (Debian: " << shell << "): its completion was not read";
+  const std::string script = kShare + "completions/" + file;
+  EXPECT_EQ(std::system(fmt::format("{} -n '{}'", shell, script).c_str()), 0) << script;
+  EXPECT_NE(std::system(fmt::format("echo 'if (' | {} -n 2>/dev/null", shell).c_str()), 0) << "it sees what is wrong";
+}
+
+INSTANTIATE_TEST_SUITE_P(Shells, Completion,
+                         testing::Values(std::pair{"bash", "onemapctl.bash"}, std::pair{"zsh", "_onemapctl"},
+                                         std::pair{"fish", "onemapctl.fish"}),
+                         [](const auto& shell) { return std::string(shell.param.first); });
 
 TEST(ControlDocs, EveryRequestHasItsSubcommand) {
   const auto known = control::ctl_commands();

@@ -26,7 +26,9 @@ RobotFacts busy_robot() {
   f.capture.gone = 1;
   f.capture.frozen = 6;
   f.snapshots.made = 7;
+  f.rss_mb = 160;
   f.pipeline.costs.frame = {{8, 12, 15}, 800, 90};
+  f.pipeline.costs.steps[static_cast<std::size_t>(mapping::Step::features)] = {{2, 3, 4}, 200, 88};
   f.pipeline.not_placed[static_cast<std::size_t>(mapping::TrackReason::too_few_features)] = 10;
   f.pipeline.blocks = 12;
   f.local_blocks_most = 100;
@@ -38,6 +40,9 @@ RobotFacts busy_robot() {
   peer.bytes_in = 1000;
   peer.bytes_out = 2000;
   peer.map_digest = 0xABC;
+  peer.traffic.in.frames[0] = 40;
+  peer.traffic.in.frames[comms::index_of(comms::FrameType::ping)] = 60;
+  peer.traffic.out.data[2] = 1500;
   f.radio.neighbours = {peer};
   f.radio.counters.refuse(comms::Refusal::bad_magic);
   RecordTally& tally = f.radio.records[peer.robot];
@@ -55,6 +60,11 @@ TEST(Metrics, EveryFamilyParsesStrictlyAndSaysWhatTheFactsSay) {
   EXPECT_EQ(value("onemap_info", "{robot=r1,version=1.2.3}"), 1);
   EXPECT_EQ(value("onemap_frame_milliseconds", "{step=all,quantile=0.99}"), 15);
   EXPECT_EQ(families.at("onemap_frame_milliseconds").samples.at("onemap_frame_milliseconds_count{step=all}"), 90);
+  EXPECT_EQ(value("onemap_frame_milliseconds", "{step=features,quantile=0.95}"), 3);
+  EXPECT_EQ(value("onemap_resident_memory_bytes", ""), 160 * 1048576);
+  EXPECT_EQ(value("onemap_peer_bytes_by_kind_total", "{peer=r2,direction=in,kind=headers}"), 40);
+  EXPECT_EQ(value("onemap_peer_bytes_by_kind_total", "{peer=r2,direction=in,kind=ping}"), 60);
+  EXPECT_EQ(value("onemap_peer_bytes_by_kind_total", "{peer=r2,direction=out,kind=features}"), 1500);
   EXPECT_EQ(value("onemap_frames_total", "{outcome=dropped}"), 8);
   EXPECT_EQ(value("onemap_frames_not_placed_total", "{reason=too_few_features}"), 10);
   EXPECT_EQ(value("onemap_frames_faulty_total", "{fault=frozen}"), 6);

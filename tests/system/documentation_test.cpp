@@ -5,6 +5,7 @@
 #include <regex>
 #include <set>
 
+#include "control/ctl.hpp"
 #include "daemon/config_key.hpp"
 #include "support/other_program.hpp"
 #include "support/program.hpp"
@@ -88,14 +89,30 @@ TEST_F(Documentation, ManPagesAreWellFormed) {
 
 TEST_F(Documentation, TheReadmeNamesOnlyOptionsThatThereAre) {
   std::string helps;
-  for (const char* program : {"onemapd", "onemap-fleet", "onemap-view", "onemap-eval"})
+  for (const char* program : {"onemapd", "onemap-fleet", "onemap-view", "onemap-eval", "onemap-calibrate", "onemapctl"})
     helps += said(program, {"--help"});
+  for (const char* command : {"pose", "snapshot", "team", "calibrate"}) helps += said("onemapctl", {command, "--help"});
+  for (const char* command : {"init", "show", "join"}) helps += said("onemapctl", {"team", command, "--help"});
   const auto known = all(helps, R"((--[a-z][-a-z]+))");
   // A line of a command and those that it goes on in.
   for (const std::string& command :
-       all(readme_, R"(\n((?:onemapd|onemap-(?:fleet|view|eval))\b(?:[^\n]*\\\n)*[^\n]*))"))
+       all(readme_, R"(\n((?:onemapd|onemapctl|onemap-(?:fleet|view|eval|calibrate))\b(?:[^\n]*\\\n)*[^\n]*))"))
     for (const std::string& option : all(command, R"((?:^|\s)(--[a-z][-a-z]+))"))
       EXPECT_TRUE(known.contains(option)) << option << " in\n" << command;
+}
+
+TEST_F(Documentation, TheReadmeNamesOnlyCommandsOfOnemapctlThatThereAre) {
+  const auto commands = control::ctl_commands();
+  const auto named = all(readme_, R"(\bonemapctl(?: --[a-z]+)* ([a-z]+))");
+  EXPECT_GE(named.size(), 3u);
+  for (const std::string& command : named) EXPECT_EQ(std::ranges::count(commands, command), 1) << command;
+}
+
+TEST_F(Documentation, TheManPageOfOnemapctlHasEveryOptionOfCalibrate) {
+  const std::string page = shown(test::text_of(std::filesystem::path(ONEMAP_SOURCE_DIR) / "share/man/onemapctl.1"));
+  const auto options = all(said("onemap-calibrate", {"--help"}), R"((--[a-z][-a-z]+))");
+  EXPECT_GE(options.size(), 6u);
+  for (const std::string& option : options) EXPECT_THAT(page, HasSubstr(option));
 }
 
 TEST_F(Documentation, TheReadmeNamesOnlyKeysThatThereAre) {

@@ -4,8 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "support/other_program.hpp"
-#include "support/running.hpp"
-#include "support/team_key.hpp"
+#include "support/walled.hpp"
 
 namespace onemap {
 namespace {
@@ -13,6 +12,7 @@ namespace {
 using namespace std::chrono_literals;
 using test::Robot;
 using test::TempFolder;
+using test::Walled;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
@@ -104,58 +104,6 @@ TEST_F(CameraFault, TimeThatGoesBackForGood) {
   for (std::size_t i = 1; i < lines.size(); ++i) ASSERT_LT(std::stod(lines[i - 1]), std::stod(lines[i]));
 }
 
-// Programs in namespaces of their own, with what a shell does there first.
-class Walled {
- public:
-  Walled(const TempFolder& folder, const std::string& walls, const std::string& first, const std::string& camera,
-         const std::string& more, const std::string& id = "robot")
-      : out_(folder / "out"), log_(folder / "log.txt") {
-    fs::create_directories(out_);
-    const std::string script = fmt::format("{}\nexec {}/onemapd --id {} --camera '{}' --out {} {}", first,
-                                           ONEMAP_BIN_DIR, id, camera, out_.string(), more);
-    auto child = daemon::ChildProcess::start("/usr/bin/unshare", {walls, "bash", "-e", "-c", script}, log_.string());
-    if (child) process_.emplace(std::move(*child));
-  }
-  // Why it cannot be tried here; empty: it can.
-  static std::string missing(const std::string& walls) {
-    const auto said = test::say("unshare " + walls + " true");
-    return said.status == 0 ? "" : "no namespaces here (needs root): " + said.output;
-  }
-  daemon::ChildProcess& process() { return *process_; }
-  std::string log() const { return test::text_of(log_); }
-  bool says(const std::string& words) {
-    return test::wait_until([&] { return log().find(words) != std::string::npos; }, 60s);
-  }
-  // A file of its world.
-  fs::path in_there(const std::string& name) const {
-    return fmt::format("/proc/{}/root{}/{}", process_->pid(), out_.string(), name);
-  }
-  // What a shell does in its world; its exit status.
-  int within(const std::string& command) const {
-    return test::say(fmt::format("nsenter -t {} -m -n sh -c '{}'", process_->pid(), command)).status;
-  }
-  nlohmann::json status() const {
-    return nlohmann::json::parse(test::text_of(in_there("status.json")), nullptr, false);
-  }
-  std::uint64_t frames() const {
-    const auto now = status();
-    return now.is_object() ? now.value("frames", 0u) : 0;
-  }
-  bool goes_on() {
-    const auto before = frames();
-    return test::wait_until([&] { return frames() > before + 5; }, 60s);
-  }
-  int stop() {
-    process_->terminate();
-    return process_->wait(test::kPatience * 60s) ? process_->exit_code() : -1;
-  }
-  const fs::path& out() const { return out_; }
-
- private:
-  fs::path out_, log_;
-  std::optional<daemon::ChildProcess> process_;
-};
-
 constexpr const char* kLongWalk = "simulated:living-room?seed=3&frames=100000";
 
 TEST(Disk, AFullOneIsSaidOnceAndTheDaemonGoesOn) {
@@ -212,61 +160,6 @@ TEST(Disk, AStateThatCannotBeReadIsSetAside) {
   EXPECT_EQ(robot.ends(), 0) << robot.log();
   EXPECT_THAT(robot.log(), HasSubstr("set aside as " + (robot.out() / "life.corrupt-1").string()));
   EXPECT_EQ(test::text_of(robot.out() / "life.corrupt-1"), "\x01\x02 not a number");
-}
-
-TEST(Network, NoneAtAllIsWaitedForAndTheRobotMaps) {
-  if (const auto missing = Walled::missing("-n"); !missing.empty()) GTEST_SKIP() << missing;
-  const TempFolder folder;
-  folder.write("robot.toml",
-               "[network]\nlisten = \"0.0.0.0:4600\"\npeers = [\"10.7.0.2:4600\"]\n[team]\nkey_file = \"" +
-                   test::team_key(folder) + "\"\n");
-  Walled robot(folder, "-n", "", kLongWalk, "--config " + (folder / "robot.toml"));
-  ASSERT_TRUE(test::wait_until([&] { return robot.frames() > 20; }, 60s)) << robot.log();
-  EXPECT_TRUE(robot.says("nothing can be sent: is there a network")) << robot.log();
-  EXPECT_EQ(robot.within("ip link set lo up && ip addr add 10.7.0.1/24 dev lo"), 0);
-  EXPECT_TRUE(robot.says("the network takes datagrams again")) << robot.log();
-  EXPECT_TRUE(robot.goes_on());
-  EXPECT_EQ(robot.stop(), 0) << robot.log();
-}
-
-// Two robots on one cable, in worlds of their own; one gets another address while they work.
-TEST(Network, AnAddressThatChangesIsFollowed) {
-  if (const auto missing = Walled::missing("-n"); !missing.empty()) GTEST_SKIP() << missing;
-  const TempFolder a_folder, b_folder;
-  const auto settings = [](const TempFolder& folder, const std::string& peer) {
-    folder.write("robot.toml", "[network]\nlisten = \"0.0.0.0:4600\"\npeers = [\"" + peer +
-                                   ":4600\"]\n[run]\nmerge_while_mapping_s = 1\n[team]\nkey_file = \"" +
-                                   test::team_key(folder) + "\"\n");
-    return "--config " + folder / "robot.toml";
-  };
-  const std::string wait = "until ip -4 -o addr show dev eth0 2>/dev/null | grep -q inet; do sleep 0.1; done";
-  const std::string walk = "simulated:living-room?seed=3&robots=2&frames=100000&robot=";
-  Walled a(a_folder, "-n", wait, walk + "1", settings(a_folder, "10.7.0.2"), "a");
-  Walled b(b_folder, "-n", wait, walk + "2", settings(b_folder, "10.7.0.1"), "b");
-  const std::string cable = fmt::format("om{}", getpid());
-  const auto plug = test::say(fmt::format(
-      "sleep 1; ip link add {0}a type veth peer name {0}b && ip link set {0}a netns {1} name eth0 && ip link set {0}b "
-      "netns {2} name eth0",
-      cable, a.process().pid(), b.process().pid()));
-  if (plug.status != 0) GTEST_SKIP() << "no cables between namespaces here: " << plug.output;
-  for (const auto& [robot, address] : {std::pair(&a, "10.7.0.1/24"), std::pair(&b, "10.7.0.2/24")})
-    ASSERT_EQ(robot->within(fmt::format("ip link set lo up; ip link set eth0 up; ip addr add {} dev eth0", address)),
-              0);
-  ASSERT_TRUE(b.says("neighbour a at 10.7.0.1:4600 is heard")) << b.log();
-  ASSERT_EQ(a.within("ip addr add 10.7.0.3/24 dev eth0; ip addr del 10.7.0.1/24 dev eth0; "
-                     "ip addr add 10.7.0.3/24 dev eth0; true"),
-            0);
-  const auto agree = [&] {
-    const auto one = a.status(), other = b.status();
-    return one.is_object() && other.is_object() && one.value("map_agreed", false) && other.value("map_agreed", false) &&
-           one.value("robots_in_map", 0) == 2 && one.value("map_digest", "") == other.value("map_digest", "x");
-  };
-  EXPECT_TRUE(test::wait_until(agree, 180s)) << a.log() << b.log();
-  const auto keyframes = b.status().value("keyframes", 0);
-  EXPECT_TRUE(test::wait_until([&] { return b.status().value("keyframes", 0) > keyframes + 2; }, 60s));
-  EXPECT_TRUE(test::wait_until(agree, 180s)) << "what is new comes, too" << a.log() << b.log();
-  EXPECT_EQ(a.stop(), 0) << a.log();
-  EXPECT_EQ(b.stop(), 0) << b.log();
 }
 
 }  // namespace

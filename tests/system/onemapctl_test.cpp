@@ -27,9 +27,14 @@ Said ctl(const TempFolder& folder, std::vector<std::string> arguments) {
 TEST(Onemapctl, ShowsPeopleAndProgramsWhatTheDaemonKnows) {
   const TempFolder folder;
   ControlRobot robot(folder);
-  const std::pair<const char*, const char*> commands[] = {
-      {"status", "robot         r1"}, {"peers", "this robot is alone"}, {"map", "digest"}, {"pose", "tracked"},
-      {"cameras", "640 x 480"},       {"doctor", "ok   camera"}};
+  const std::pair<const char*, const char*> commands[] = {{"status", "robot         r1"},
+                                                          {"peers", "this robot is alone"},
+                                                          {"map", "digest"},
+                                                          {"pose", "tracked"},
+                                                          {"cameras", "640 x 480"},
+                                                          {"doctor", "ok   camera"},
+                                                          {"consensus", "nobody to agree"},
+                                                          {"metrics", "onemap_frames"}};
   for (const auto& [command, words] : commands) {
     const Said people = ctl(folder, {"--socket", robot.socket(), command});
     EXPECT_EQ(people.status, 0) << command << people.text;
@@ -46,16 +51,38 @@ TEST(Onemapctl, ShowsPeopleAndProgramsWhatTheDaemonKnows) {
   EXPECT_NO_THROW(test::PrometheusParser::parse(metrics.text));
 }
 
+TEST(Onemapctl, TheTeamsKeyIsSaidToProgramsAndItselfOnlyWhenAskedFor) {
+  const TempFolder folder;
+  const std::string file = folder / "team.key";
+  const auto team = [&](std::vector<std::string> words) {
+    words.insert(words.end(), {"--file", file, "--json"});
+    words.insert(words.begin(), "team");
+    const Said said = ctl(folder, words);
+    EXPECT_EQ(said.status, 0) << said.text;
+    return control::Json::parse(said.text, nullptr, false);
+  };
+  const auto made = team({"init"});
+  EXPECT_EQ(made.value("class", ""), "TEAM");
+  EXPECT_EQ(made.value("file", ""), file);
+  EXPECT_EQ(team({"show"}), made) << "no key in either";
+  const std::string key = team({"show", "--secret"}).value("key", "");
+  EXPECT_EQ(key + "\n", test::text_of(file));
+  std::filesystem::remove(file);
+  EXPECT_EQ(team({"join", key}), made) << "the same team";
+}
+
 TEST(Onemapctl, FollowsUntilTheDaemonEnds) {
   const TempFolder folder;
   ControlRobot robot(folder);
   auto follow = test::start("onemapctl", {"--socket", robot.socket(), "pose", "--follow"}, folder / "poses.txt");
-  auto watch =
-      test::start("onemapctl", {"--socket", robot.socket(), "watch", "POSE", "STATUS", "--json"}, folder / "watch.txt");
+  auto watch = test::start("onemapctl", {"--socket", robot.socket(), "watch", "POSE", "STATUS", "PEERS", "--json"},
+                           folder / "watch.txt");
   const auto watched = [&](const char* name) {
     return test::text_of(folder / "watch.txt").find(fmt::format("\"class\":\"{}\"", name)) != std::string::npos;
   };
-  const auto all = [&] { return test::lines(folder / "poses.txt") > 5 && watched("POSE") && watched("STATUS"); };
+  const auto all = [&] {
+    return test::lines(folder / "poses.txt") > 5 && watched("POSE") && watched("STATUS") && watched("PEERS");
+  };
   EXPECT_TRUE(test::wait_until(all, std::chrono::seconds(60)));
   EXPECT_EQ(robot->stop(), 0);
   EXPECT_TRUE(follow.wait(test::kPatience * std::chrono::seconds(30)));
@@ -81,7 +108,8 @@ TEST(Onemapctl, WithoutADaemonItSaysWhereItLookedAndWhatToDo) {
   }
   const Said left_over = ctl(folder, {"--socket", folder / "c.sock", "doctor"});
   EXPECT_EQ(left_over.status, 3);
-  EXPECT_THAT(left_over.text, HasSubstr("nobody listens"));
+  EXPECT_THAT(left_over.text, AllOf(HasSubstr("BAD  daemon"), HasSubstr("nobody listens"),
+                                    HasSubstr("-> systemctl start onemapd"), HasSubstr("ok   config")));
 }
 
 TEST(Onemapctl, WrongCommandLinesEndWithTwoAndHelpIsThere) {
@@ -131,15 +159,24 @@ TEST(Onemapctl, SaysWhyTwoRobotsAreJoinedTakesThatBackAndLetsItCountAgain) {
   const Said why = ctl(folder, {"--socket", folder / "a.sock", "why", "a", "b"});
   EXPECT_EQ(why.status, 0) << why.text;
   EXPECT_THAT(why.text, AllOf(HasSubstr("they are in one map"), HasSubstr("accepted"), HasSubstr("in use")));
+  const auto json_of = [&](const std::string& robot, const std::string& command) {
+    const Said said = ctl(folder, {"--socket", folder / (robot + ".sock"), "--json", command, "a", "b"});
+    EXPECT_EQ(said.status, 0) << said.text;
+    return control::Json::parse(said.text, nullptr, false);
+  };
+  const auto why_json = json_of("a", "why");
+  EXPECT_EQ(why_json.value("of", ""), "WHY");
+  EXPECT_TRUE(why_json.value("one_map", false)) << why_json.dump();
   const Said nobody = ctl(folder, {"--socket", folder / "a.sock", "why", "a", "nobody"});
   EXPECT_EQ(nobody.status, 1);
   EXPECT_THAT(nobody.text, HasSubstr("nobody"));
-  const Said apart = ctl(folder, {"--socket", folder / "b.sock", "unmerge", "a", "b"});
-  EXPECT_EQ(apart.status, 0) << apart.text;
+  const auto apart = json_of("b", "unmerge");
+  EXPECT_EQ(apart.value("of", ""), "UNMERGE");
+  EXPECT_GT(apart.value("pairs", 0), 0) << apart.dump();
   ASSERT_TRUE(together(1)) << a.log() << b.log();
   const Said ruled = ctl(folder, {"--socket", folder / "a.sock", "why", "a", "b"});
   EXPECT_THAT(ruled.text, AllOf(HasSubstr("they are not in one map"), HasSubstr("they are apart, at b")));
-  EXPECT_EQ(ctl(folder, {"--socket", folder / "a.sock", "merge", "a", "b"}).status, 0);
+  EXPECT_EQ(json_of("a", "merge").value("of", ""), "MERGE");
   ASSERT_TRUE(together(2)) << a.log() << b.log();
 }
 

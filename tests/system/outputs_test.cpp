@@ -63,5 +63,21 @@ TEST(Outputs, SnapshotsFollowTheMapWhileARobotWorks) {
   EXPECT_EQ(robot.stop(), 0) << robot.log();
 }
 
+TEST(Outputs, ByTheClockARunningDaemonDrawsFromBehindItAndRewritesItsFloorPlan) {
+  const TempFolder folder;
+  const auto config = settings(folder,
+                               "[run]\nmerge_while_mapping_s = 1\n[snapshots]\nevery_s = 2\nviews = [\"follow\"]\n"
+                               "kinds = [\"png\", \"plan\"]\n");
+  Robot robot(folder, "robot", "simulated:house?frames=100000&seed=4", {"--config", config});
+  const fs::path plan = robot.out() / "map.pgm";
+  ASSERT_TRUE(test::wait_until([&] { return fs::exists(robot.out() / "map.yaml"); }, 240s)) << "the last of a plan";
+  const std::string first = test::text_of(plan);
+  EXPECT_THAT(first, testing::StartsWith("P5"));
+  EXPECT_TRUE(test::wait_until([&] { return test::text_of(plan) != first; }, 240s)) << robot.log();
+  EXPECT_TRUE(fs::exists(robot.out() / "snapshots/latest/local_follow.png")) << robot.log();
+  EXPECT_TRUE(fs::exists(robot.out() / "snapshots/latest/map.pgm"));
+  EXPECT_EQ(robot.stop(), 0) << robot.log();
+}
+
 }  // namespace
 }  // namespace onemap

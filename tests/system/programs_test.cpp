@@ -205,6 +205,13 @@ TEST(Programs, OnemapctlCalibrateWritesACalibrationOfARecording) {
   ASSERT_TRUE(rig) << rig.error().text();
   EXPECT_NEAR(rig->pose.translation_m[0], 0, 0.004);
   EXPECT_NEAR(rig->pose.translation_m[1], 0, 0.006);
+  const Ran again = run(folder, "onemapctl", {"--json", "calibrate", recording, "--from", folder / "nominal.txt"});
+  const auto json = nlohmann::json::parse(again.text, nullptr, false);
+  ASSERT_EQ(json.value("class", ""), "CALIBRATION") << again.text;
+  EXPECT_NEAR(json.at("colour_from_depth_x").at("value").get<double>(), rig->pose.translation_m[0], 1e-6);
+  EXPECT_GT(json.at("colour_from_depth_x").at("sigma").get<double>(), 0);
+  EXPECT_TRUE(json.at("colour_from_depth_z").at("sigma").is_null()) << "no edge tells it";
+  EXPECT_TRUE(json.at("depth_scale").at("sigma").is_null()) << "a larger room gives the same images";
   const Ran few = run(folder, "onemapctl", {"calibrate", recording + ":0:3", "--from", folder / "nominal.txt"});
   EXPECT_EQ(few.status, 1);
   EXPECT_THAT(few.text, HasSubstr("3 images are too few"));

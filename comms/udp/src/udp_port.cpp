@@ -1,6 +1,7 @@
 #include "comms/udp/udp_port.hpp"
 
 #include <fmt/format.h>
+#include <netinet/in.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
@@ -54,9 +55,12 @@ struct UdpPort::Impl {
   std::vector<IncomingDatagram> batch{kBatch};  // read ahead with one system call
   std::size_t next = 0, filled = 0;
   bool group_first = false;
+  std::optional<Endpoint> group_at;
+  ip_mreq membership{};
 
   Status open_socket(const UdpConfig& config);
   Status open_group(const Endpoint& listen, const Endpoint& endpoint);
+  bool join();
   bool fill(int fd);
   bool fill_fairly();
 };
@@ -78,8 +82,13 @@ Status UdpPort::Impl::open_socket(const UdpConfig& config) {
   return success();
 }
 
+// On the interface that the routes name now; being there already is good, too.
+bool UdpPort::Impl::join() {
+  return set(group.get(), IPPROTO_IP, IP_ADD_MEMBERSHIP, membership) || errno == EADDRINUSE;
+}
+
 // A socket bound to a unicast address does not hear the group: a second one listens for it; everything is sent from the
-// first, so that the group learns our unicast port.
+// first, so that the group learns our unicast port. Without a network (ENODEV) it is joined later, see send().
 Status UdpPort::Impl::open_group(const Endpoint& listen, const Endpoint& endpoint) {
   if (!endpoint.is_ipv4() || !listen.is_ipv4()) return Error{to_string(endpoint), "multicast works over IPv4 only"};
   if ((endpoint.address[12] & 0xF0u) != 0xE0u)
@@ -89,14 +98,14 @@ Status UdpPort::Impl::open_group(const Endpoint& listen, const Endpoint& endpoin
   set(group.get(), SOL_SOCKET, SO_REUSEADDR, int{1});  // several robots on one machine share the group's port
   const SocketAddress address = SocketAddress::of(endpoint, AF_INET);
   if (::bind(group.get(), address.raw(), address.size) != 0) return failed(endpoint, "cannot listen to the group");
-  ip_mreq membership{};
   std::memcpy(&membership.imr_multiaddr, endpoint.address.data() + 12, 4);
   std::memcpy(&membership.imr_interface, listen.address.data() + 12, 4);
-  if (!set(group.get(), IPPROTO_IP, IP_ADD_MEMBERSHIP, membership)) return failed(endpoint, "cannot join the group");
+  if (!join() && errno != ENODEV) return failed(endpoint, "cannot join the group");
   if (!set(socket.get(), IPPROTO_IP, IP_MULTICAST_IF, membership.imr_interface))
     return failed(endpoint, "cannot send to the group from this address");
   set(socket.get(), IPPROTO_IP, IP_MULTICAST_TTL, int{1});
   set(socket.get(), IPPROTO_IP, IP_MULTICAST_LOOP, int{1});
+  group_at = endpoint;
   return success();
 }
 
@@ -152,6 +161,8 @@ const UdpCounters& UdpPort::counters() const { return impl_->counters; }
 
 bool UdpPort::send(const OutgoingDatagram& datagram) {
   if (impl_->family == AF_INET && !datagram.to.is_ipv4()) return ++impl_->counters.send_failed, false;
+  // A network that came, or came back, after the last greeting.
+  if (impl_->group_at == datagram.to) impl_->join();
   const SocketAddress to = SocketAddress::of(datagram.to, impl_->family);
   const auto n = ::sendto(impl_->socket.get(), datagram.buffer.data(), datagram.size, 0, to.raw(), to.size);
   if (n == static_cast<ssize_t>(datagram.size)) return ++impl_->counters.sent, true;

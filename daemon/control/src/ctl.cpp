@@ -7,10 +7,12 @@
 #include <cstdio>
 #include <functional>
 #include <optional>
+#include <set>
 
 #include "control/calibrate.hpp"
 #include "control/client.hpp"
 #include "control/doctor.hpp"
+#include "control/doctor_alone.hpp"
 #include "control/socket_place.hpp"
 #include "control/team_commands.hpp"
 #include "control/words.hpp"
@@ -36,7 +38,7 @@ constexpr const char* kFooter =
     "  0  done\n"
     "  1  the daemon refused or could not, and the message says why; doctor: something is wrong\n"
     "  2  bad command line; nobody was asked\n"
-    "  3  no daemon answers\n";
+    "  3  no daemon answers; doctor then looks at what can be seen without one\n";
 
 struct Options {
   std::string socket;
@@ -105,6 +107,10 @@ int record(Ctl& ctl, bool enable) {
   return ask(ctl, request, fields_words);
 }
 
+void show_findings(const Options& options, const Json& findings) {
+  show(options.json ? line_of({{"class", "DOCTOR"}, {"findings", findings}}) : findings_words(findings));
+}
+
 int doctor(Ctl& ctl) {
   const auto answer = ctl.client.ask({{"class", "DOCTOR"}}, ctl.patience());
   if (!answer) return fail(answer.error());
@@ -112,16 +118,26 @@ int doctor(Ctl& ctl) {
   for (Json& finding : own_findings(ctl.options.socket)) findings.push_back(std::move(finding));
   bool good = true;
   for (const Json& finding : findings) good = good && finding.value("ok", false);
-  show(ctl.options.json ? line_of({{"class", "DOCTOR"}, {"findings", findings}}) : findings_words(findings));
+  show_findings(ctl.options, findings);
   return static_cast<int>(good ? CtlExit::done : CtlExit::refused);
+}
+
+// No daemon answers, for this reason.
+int doctor_alone(const Options& options, const Error& why) {
+  Json findings = findings_without_daemon(why, this_machine());
+  findings.push_back(look_at_clock());
+  show_findings(options, findings);
+  return complain(CtlExit::no_daemon, why.text());
 }
 
 using Run = std::function<int(Ctl&)>;
 using RunAlone = std::function<int(const Options&)>;  // without a daemon
 
-int say(const Result<std::string>& said) {
+int say(const Options& options, const Result<TeamSaid>& said) {
   if (!said) return complain(CtlExit::refused, said.error().text());
-  return show(*said) ? 0 : complain(CtlExit::refused, "standard output cannot be written to");
+  return show(options.json ? line_of(said->json) : said->words)
+             ? 0
+             : complain(CtlExit::refused, "standard output cannot be written to");
 }
 
 // Not an argument by default: those can be seen by everybody on the machine.
@@ -133,7 +149,7 @@ int join_team(const Options& options) {
       return complain(CtlExit::usage, "team join reads the key from standard input, and there is none");
     line = text.data();
   }
-  return say(team_join(options.team, line));
+  return say(options, team_join(options.team, line));
 }
 
 // The command line, and what was chosen on it.
@@ -141,7 +157,8 @@ struct CommandLine {
   CLI::App app{"onemapctl - asks onemapd what it knows, and tells it what to do", "onemapctl"};
   Options options;
   Run run;
-  RunAlone run_alone;  // if this is set
+  RunAlone run_alone;                                                       // if this is set
+  std::function<int(const Options&, const Error& why)> run_without_daemon;  // if it is set and no daemon answers
 
   CLI::App* command(const char* name, const char* text, Run what) {
     CLI::App* sub = app.add_subcommand(name, text);
@@ -158,7 +175,7 @@ struct CommandLine {
 CommandLine::CommandLine() {
   app.set_version_flag("--version", "onemapctl " ONEMAP_VERSION);
   app.add_option("--socket", options.socket, "control socket of the daemon")->type_name("PATH");
-  app.add_flag("--json", options.json, "what the daemon said, one JSON object a line");
+  app.add_flag("--json", options.json, "JSON instead of words, one object a line");
   app.add_option("--timeout", options.timeout_s, "seconds to wait for an answer (default 10)")
       ->type_name("S")
       ->check(CLI::Range(0.1, 86400.0));
@@ -187,7 +204,10 @@ void CommandLine::declare_reading() {
       ->type_name("CLASS");
   plain("metrics", "counters and gauges as Prometheus text", "METRICS", metrics_words);
   plain("cameras", "what the robot sees with", "CAMERAS", cameras_words);
-  command("doctor", "what is wrong, and what to do", doctor);
+  app.add_subcommand("doctor", "what is wrong, and what to do; also when no daemon answers")->callback([this] {
+    run = doctor;
+    run_without_daemon = doctor_alone;
+  });
 }
 
 void CommandLine::declare_changing() {
@@ -242,10 +262,10 @@ void CommandLine::declare_team() {
     return sub;
   };
   one("init", "make a key for a new team", [](const Options& o) {
-    return say(team_init(o.team));
+    return say(o, team_init(o.team));
   })->add_flag("--force", options.team.force, "in place of the key that there is");
   one("show", "which key there is, by its fingerprint", [](const Options& o) {
-    return say(team_show(o.team));
+    return say(o, team_show(o.team));
   })->add_flag("--secret", options.team.secret, "the key itself, for another robot's team join");
   auto* join = one("join", "take the team's key from a line of standard input", join_team);
   join->add_option("key", options.team.key, "the line, instead; others on this machine can see it");
@@ -258,7 +278,11 @@ void CommandLine::declare_calibrate() {
   sub->fallthrough(false)->prefix_command()->set_help_flag();
   sub->callback([this, sub] {
     options.words = sub->remaining();
-    run_alone = [](const Options& o) { return complain(CtlExit::refused, become_calibrate(o.words).text()); };
+    run_alone = [](const Options& o) {
+      std::vector<std::string> words = o.words;
+      if (o.json) words.insert(words.begin(), "--json");
+      return complain(CtlExit::refused, become_calibrate(words).text());
+    };
   });
 }
 
@@ -277,12 +301,15 @@ Result<std::string> find_socket(const Options& options) {
 
 int connect_and_run(const CommandLine& line) {
   Options options = line.options;
+  const auto no_daemon = [&](const Error& why) {
+    return line.run_without_daemon ? line.run_without_daemon(options, why) : complain(CtlExit::no_daemon, why.text());
+  };
   auto socket = find_socket(options);
-  if (!socket) return complain(CtlExit::no_daemon, socket.error().text());
+  if (!socket) return no_daemon(socket.error());
   options.socket = *socket;
   const auto patience = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(options.timeout_s));
   auto client = ControlClient::connect(options.socket, patience);
-  if (!client) return complain(CtlExit::no_daemon, client.error().text());
+  if (!client) return no_daemon(client.error());
   Ctl ctl{options, std::move(*client)};
   return line.run(ctl);
 }
@@ -295,6 +322,20 @@ std::vector<std::string> ctl_commands() {
   for (const CLI::App* sub : line.app.get_subcommands([](const CLI::App*) { return true; }))
     names.push_back(sub->get_name());
   return names;
+}
+
+namespace {
+void add_options(const CLI::App& app, std::set<std::string>& names) {
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& name : option->get_lnames()) names.insert(name);
+  for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; })) add_options(*sub, names);
+}
+}  // namespace
+
+std::vector<std::string> ctl_options() {
+  std::set<std::string> names;
+  add_options(CommandLine().app, names);
+  return {names.begin(), names.end()};
 }
 
 std::string ctl_help() { return CommandLine().app.help(); }

@@ -32,6 +32,8 @@ Json look_at_socket(const std::string& socket) {
   return finding("socket", true, text, "");
 }
 
+}  // namespace
+
 Json look_at_clock() {
   timex state{};
   const bool synchronised = adjtimex(&state) != TIME_ERROR;
@@ -39,7 +41,6 @@ Json look_at_clock() {
       "system clock", true,
       synchronised ? "synchronised" : "not synchronised; the daemon does not need it, the dates of its files do", "");
 }
-}  // namespace
 
 std::vector<Json> own_findings(const std::string& socket) { return {look_at_socket(socket), look_at_clock()}; }
 

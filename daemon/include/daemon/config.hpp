@@ -36,6 +36,9 @@ struct SnapshotsConfig {
   std::vector<std::string> maps{"global", "local"};        // of what
 };
 
+// Where the robots of a team with a key meet when nothing is said of the network.
+inline constexpr const char* kTeamGroup = "239.77.1.1:4600";
+
 // Everything that a daemon can be told, with its defaults; files and the command line fill it.
 struct Config {
   std::string id;                               // 1..16 characters of A-Z a-z 0-9 _ . -

@@ -43,6 +43,9 @@ const ConfigKey* find_key(std::string_view section, std::string_view name);
 std::string unknown_key(std::string_view section, std::string_view name);
 std::string unknown_section(std::string_view name);
 
+// "; did you mean "X"?", if one of these words is near enough for a slip of the pen; else nothing.
+std::string near_word(std::string_view word, std::span<const std::string_view> words);
+
 // A value as TOML has it.
 std::string toml_text(const ConfigValue& value);
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <optional>
@@ -141,8 +142,10 @@ template <class T, class Field>
 ConfigKey either(About about, std::pair<std::string_view, T> one, std::pair<std::string_view, T> other, Field field) {
   const auto set = [one, other, field](const ConfigValue& value, Config& config) -> Status {
     const auto* word = std::get_if<std::string>(&value);
-    if (!word || (*word != one.first && *word != other.first))
-      return Error{"", fmt::format("{} is neither {} nor {}", toml_text(value), one.first, other.first)};
+    if (!word || (*word != one.first && *word != other.first)) {
+      const std::string near = word ? near_word(*word, std::array{one.first, other.first}) : "";
+      return Error{"", fmt::format("{} is neither {} nor {}{}", toml_text(value), one.first, other.first, near)};
+    }
     field(config) = *word == one.first ? one.second : other.second;
     return success();
   };
@@ -155,15 +158,18 @@ ConfigKey either(About about, std::pair<std::string_view, T> one, std::pair<std:
 
 // A list of some of these words, each once. field(config) is the list.
 template <class Field>
-ConfigKey some_of(About about, std::vector<std::string> words, Field field) {
+ConfigKey some_of(About about, std::vector<std::string_view> words, Field field) {
   std::string known;
-  for (const std::string& word : words) known += (known.empty() ? "\"" : ", \"") + word + "\"";
+  for (const std::string_view word : words) known += fmt::format("{}\"{}\"", known.empty() ? "" : ", ", word);
   const auto set = [words = std::move(words), known, field](const ConfigValue& value, Config& config) -> Status {
     const auto* list = std::get_if<std::vector<std::string>>(&value);
     if (!list || list->empty()) return Error{"", "expected a list of " + known};
-    for (auto word = list->begin(); word != list->end(); ++word)
-      if (std::ranges::find(words, *word) == words.end() || std::find(list->begin(), word, *word) != word)
-        return Error{"", fmt::format("\"{}\" is not one of {}, each once", *word, known)};
+    for (auto word = list->begin(); word != list->end(); ++word) {
+      const bool is_known = std::ranges::find(words, *word) != words.end();
+      if (!is_known || std::find(list->begin(), word, *word) != word)
+        return Error{"", fmt::format("\"{}\" is not one of {}, each once{}", *word, known,
+                                     is_known ? "" : near_word(*word, words))};
+    }
     field(config) = *list;
     return success();
   };

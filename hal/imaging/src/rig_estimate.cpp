@@ -66,11 +66,15 @@ Status RigEstimator::scale(Estimated& out) const {
   return success();
 }
 
+std::array<double, 3> turn_rad(const ColourFromDepth& pose) {
+  const auto& r = pose.rotation;
+  return {(r[7] - r[5]) / 2, (r[2] - r[6]) / 2, (r[3] - r[1]) / 2};
+}
+
 std::string words_of(const RigEstimator::Estimated& e) {
-  const auto& r = e.rig.pose.rotation;
   const auto& t = e.rig.pose.translation_m;
   constexpr double kDegrees = 180 / M_PI;
-  const double turn[] = {(r[7] - r[5]) / 2, (r[2] - r[6]) / 2, (r[3] - r[1]) / 2};
+  const auto turn = turn_rad(e.rig.pose);
   std::string out =
       fmt::format("{} edges, {:.2f} px from colour's; {} planes\n", e.lens.edges, e.lens.unrest_px, e.planes);
   for (std::size_t i = 0; i < 3; ++i)

@@ -15,6 +15,7 @@ enum class CtlExit : int {
 
 int run_ctl(int argc, char** argv);
 std::vector<std::string> ctl_commands();  // as --help lists them
+std::vector<std::string> ctl_options();   // of it and of all its commands, without "--", each once
 std::string ctl_help();
 
 }  // namespace onemap::control

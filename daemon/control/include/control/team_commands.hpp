@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 
+#include "control/protocol.hpp"
 #include "hal/base/result.hpp"
 
 // `onemapctl team`: the key that all robots of a team have. Works on files of this machine; no daemon is asked.
@@ -13,9 +14,15 @@ struct TeamOptions {
   bool force = false;   // of init and join: in place of another key
 };
 
-// What there is to say to people; the error says what was wrong and what to do.
-Result<std::string> team_init(const TeamOptions& options);
-Result<std::string> team_show(const TeamOptions& options);
-Result<std::string> team_join(const TeamOptions& options, const std::string& line);
+// The same for people and for programs: class TEAM, file, fingerprint, and the key if it is asked for.
+struct TeamSaid {
+  std::string words;
+  Json json;
+};
+
+// The error says what was wrong and what to do.
+Result<TeamSaid> team_init(const TeamOptions& options);
+Result<TeamSaid> team_show(const TeamOptions& options);
+Result<TeamSaid> team_join(const TeamOptions& options, const std::string& line);
 
 }  // namespace onemap::control

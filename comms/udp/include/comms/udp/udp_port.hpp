@@ -17,8 +17,10 @@ Result<Endpoint> parse_endpoint(std::string_view text);
 std::string to_string(const Endpoint& endpoint);
 
 struct UdpConfig {
-  Endpoint listen;                     // port 0: any
-  std::optional<Endpoint> group;       // also hear this multicast group, on the listening address's interface, TTL 1
+  Endpoint listen;  // port 0: any
+  // Also hear this multicast group, TTL 1, on the listening address's interface, else where the routes lead: found anew
+  // whenever something is sent to it, so that a network may come and go.
+  std::optional<Endpoint> group;
   int receive_buffer_bytes = 4 << 20;  // asked for; the kernel may give less
 };
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -45,6 +46,9 @@ class RigEstimator {
   PlaneOffset planes_;
   EdgeAlignment edges_;
 };
+
+// About x, y, z; of a turn as small as a rig's.
+std::array<double, 3> turn_rad(const ColourFromDepth& pose);
 
 // For people: each number with its deviation, and what could not be told and why.
 std::string words_of(const RigEstimator::Estimated& estimated);
