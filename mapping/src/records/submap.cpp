@@ -152,9 +152,14 @@ void compress(const Planes& planes, std::vector<std::uint8_t>& body) {
   body.resize(header + ZSTD_compressBound(size) + all.size() * kMostPlaneEnd);
   const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(), &ZSTD_freeCCtx);
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kZstdLevel);
-  // What repeats in noise is no match worth its place: this way is smaller (0.7 %) and takes a quarter less time.
+  // What repeats in noise is no match worth its place, so matches are hardly looked for: smaller than with the level's
+  // tables (0.2 % on recordings and on simulated rooms), in a third of the time, and without tables of megabytes a
+  // record.
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_strategy, ZSTD_btultra2);
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_minMatch, 7);
+  for (const ZSTD_cParameter table : {ZSTD_c_hashLog, ZSTD_c_chainLog})
+    ZSTD_CCtx_setParameter(context.get(), table, 6);  // the least there is
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_searchLog, 1);
   ZSTD_CCtx_setPledgedSrcSize(context.get(), size);
   ZSTD_outBuffer out{&body[header], body.size() - header, 0};
   for (std::size_t i = 0; i < all.size(); ++i) {
