@@ -2,80 +2,19 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <deque>
 #include <map>
-#include <set>
 
-#include "mapping/local/local_mapper.hpp"
-#include "mapping/team/team_map.hpp"
+#include "support/returning_robot.hpp"
 #include "support/stream.hpp"
-#include "support/team_author.hpp"
 
 namespace onemap::mapping {
 namespace {
 
-using namespace std::chrono_literals;
-
-// Alone, with its own team map; voxel records name what they make needless, and what remains of keyframes takes their
-// places, as the daemon has them do.
-struct Returning {
-  void write(Lane lane, RecordKind kind, std::vector<std::uint8_t> body) {
-    if (kind == RecordKind::submap && !needless.empty()) {
-      author.replacing(needless.front().seq);
-      needless.pop_front();
-    }
-    team.apply(author.write(lane, static_cast<std::uint16_t>(kind), std::move(body)), now);
-  }
-  void see(const hal::FrameView& frame) {
-    mapper.process(frame);
-    now += 100ms;
-    KeyframeRecord keyframe;
-    while (mapper.take_keyframe(keyframe)) write(Lane::features, RecordKind::keyframe, encode(keyframe));
-    SubmapRecord submap;
-    while (mapper.take_submap(submap)) write(Lane::voxels, RecordKind::submap, encode(submap));
-  }
-  void work() {
-    for (bool busy = true; busy;) {
-      busy = team.step(now);
-      team.observe(now);
-      for (TeamRecord& record : team.take_records()) write(record.lane, record.kind, std::move(record.body));
-    }
-    const SpareRecords spare = team.take_spare();
-    needless.insert(needless.end(), spare.needless.begin(), spare.needless.end());
-    unread.insert(spare.unread.begin(), spare.unread.end());
-    for (const KeyframeRemains& remains : spare.keyframes) {
-      author.replacing(remains.of.seq);
-      write(Lane::features, RecordKind::keyframe, remains.body);
-    }
-  }
-
-  explicit Returning(const hal::Intrinsics& k) : mapper({}, k) {}
-  static TeamMapConfig config() {
-    TeamMapConfig out;
-    out.merge_while_mapping = 10s;
-    out.map_interval = 10s;
-    return out;
-  }
-  LocalMapper mapper;
-  test::Author author{"a"};
-  Instant now{1000s};
-  TeamMap team{author.id(), 1, config()};
-  std::deque<RecordId> needless;
-  std::set<RecordId> unread;
-};
-
-std::pair<std::uint64_t, std::size_t> fused(const TeamLog& log, const SolutionRecord& solution) {
-  MapFusion fusion(128u << 20);
-  fusion.aim(log, {solution, everything_here(log, solution)});
-  while (fusion.underway()) EXPECT_TRUE(fusion.step([] { return false; }));
-  return {fusion.digest(), fusion.map()->used()};
-}
+using test::fused;
 
 TEST(Returning, WhatIsKeptGrowsWithThePlaceAndNotWithTheTime) {
   test::Stream stream("simulated:house?frames=1400&fps=10&width=320&height=240");
-  Returning robot(stream.intrinsics());
-  robot.author.hello();
-  robot.team.apply(robot.author.written().back(), robot.now);
+  test::ReturningRobot robot(stream.intrinsics());
   std::size_t n = 0;
   while (const auto frame = stream.next()) {
     robot.see(frame->view());

@@ -1,4 +1,6 @@
 #pragma once
+#include <algorithm>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -7,12 +9,14 @@
 #include "hal/frame_pool.hpp"
 #include "mapping/local/local_mapper.hpp"
 #include "mapping/records/keyframe.hpp"
+#include "support/stream.hpp"
 
 namespace onemap::test {
 
-// One robot's sealed keyframes and its true first pose in the room.
+// One robot's sealed keyframes, and its true poses in the room: that of each keyframe, and its first one.
 struct Explorer {
   std::vector<mapping::KeyframeRecord> keyframes;
+  std::vector<mapping::Pose> T_world_keyframe;
   mapping::Pose T_world_first;
 };
 
@@ -23,9 +27,7 @@ inline Explorer explore(const std::string& address_text,
   const auto address = hal::parse_camera_address(address_text);
   auto camera = std::move(hal::open_simulated(*address).value());
   const auto truth = hal::simulated_truth(*address).value();
-  const auto& q = truth[0].q_world_camera_xyzw;
-  const auto& t = truth[0].t_world_camera_m;
-  out.T_world_first = {mapping::from_quaternion_wxyz({q[3], q[0], q[1], q[2]}), mapping::Vector3d(t[0], t[1], t[2])};
+  out.T_world_first = truth_pose(truth[0]);
   hal::FramePool pool(camera->intrinsics(), 2);
   mapping::LocalMapperConfig config;
   config.max_keyframes = 60;
@@ -39,7 +41,12 @@ inline Explorer explore(const std::string& address_text,
   }
   mapper.finish();
   mapping::KeyframeRecord record;
-  while (mapper.take_keyframe(record)) out.keyframes.push_back(record);
+  while (mapper.take_keyframe(record)) {
+    const auto at = std::ranges::find(truth, record.time, &hal::SimulatedPose::time);
+    if (at == truth.end()) throw std::runtime_error("a keyframe of a time at which the camera saw nothing");
+    out.T_world_keyframe.push_back(truth_pose(*at));
+    out.keyframes.push_back(record);
+  }
   return out;
 }
 

@@ -25,15 +25,9 @@ inline std::map<long long, Eigen::Vector3d> read_positions(const std::filesystem
   return positions;
 }
 
-// Root mean square distance of estimates to truths after one rigid alignment of all pairs of files together (Umeyama
-// without scale): a robot that is well tracked but wrongly merged counts in full.
-inline double team_ate(const std::vector<std::pair<std::filesystem::path, std::filesystem::path>>& pairs) {
-  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> matched;
-  for (const auto& [estimate, truth] : pairs) {
-    const auto truths = read_positions(truth);
-    for (const auto& [time, position] : read_positions(estimate))
-      if (const auto t = truths.find(time); t != truths.end()) matched.emplace_back(position, t->second);
-  }
+// Root mean square distance of estimates (first) to truths after one rigid alignment of them all (Umeyama without
+// scale). Not a number when there are fewer than three.
+inline double aligned_rms(const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& matched) {
   if (matched.size() < 3) return std::nan("");
   Eigen::Vector3d a = Eigen::Vector3d::Zero(), b = a;
   for (const auto& [e, t] : matched) {
@@ -51,6 +45,17 @@ inline double team_ate(const std::vector<std::pair<std::filesystem::path, std::f
   double sum = 0;
   for (const auto& [e, t] : matched) sum += (R * (e - a) + b - t).squaredNorm();
   return std::sqrt(sum / static_cast<double>(matched.size()));
+}
+
+// That of all pairs of files together: a robot that is well tracked but wrongly merged counts in full.
+inline double team_ate(const std::vector<std::pair<std::filesystem::path, std::filesystem::path>>& pairs) {
+  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> matched;
+  for (const auto& [estimate, truth] : pairs) {
+    const auto truths = read_positions(truth);
+    for (const auto& [time, position] : read_positions(estimate))
+      if (const auto t = truths.find(time); t != truths.end()) matched.emplace_back(position, t->second);
+  }
+  return aligned_rms(matched);
 }
 
 }  // namespace onemap::test
