@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -10,6 +12,7 @@
 #include "daemon/latency.hpp"
 #include "daemon/outputs.hpp"
 #include "daemon/report.hpp"
+#include "support/other_program.hpp"
 #include "support/temp_folder.hpp"
 
 namespace onemap::daemon {
@@ -120,6 +123,75 @@ TEST(Trajectory, PrintsTheExactTimeAndTheComposedPose) {
   half_turn(0, 0) = half_turn(1, 1) = -1;
   EXPECT_EQ(trajectory_text({pose}, {half_turn, {10, 0, 0}}).substr(0, 56),
             "1305031102.175304 9.000000000 -2.000000000 3.000000000 0");
+}
+
+std::vector<mapping::StampedPose> some_poses() {
+  std::vector<mapping::StampedPose> poses;
+  for (int i = 0; i < 20; ++i) {
+    const Eigen::AngleAxisd turn(0.15 * i, Eigen::Vector3d(1, 2, -0.5).normalized());
+    mapping::StampedPose& pose = poses.emplace_back();
+    pose.time = frame_time_from_ns(1305031102175304000 + i * 33'333'000);
+    pose.T_robot_camera = mapping::quantize({turn.toRotationMatrix(), {0.1 * i, -0.02 * i, 0.3}});
+  }
+  return poses;
+}
+
+// A reader's numbers after the word "read", eight a pose: time, place, quaternion x y z w.
+void expect_read(const std::string& output, const std::vector<mapping::StampedPose>& poses, bool times) {
+  const std::size_t at = output.find("read ");
+  ASSERT_NE(at, std::string::npos) << output;
+  std::istringstream words(output.substr(at + 5));
+  for (const mapping::StampedPose& pose : poses) {
+    double time = 0;
+    mapping::Vector3d t;
+    std::array<double, 4> q{};
+    ASSERT_TRUE(words >> time >> t.x() >> t.y() >> t.z() >> q[1] >> q[2] >> q[3] >> q[0]) << output;
+    const mapping::Pose should = mapping::from_quantized(pose.T_robot_camera);
+    if (times) {
+      EXPECT_NEAR(time, static_cast<double>(pose.time.time_since_epoch().count()) * 1e-9, 1e-6);
+    }
+    EXPECT_LT((t - should.t).norm(), 1e-6);
+    EXPECT_LT((mapping::from_quaternion_wxyz(q) - should.R).norm(), 1e-6);
+  }
+  std::string more;
+  EXPECT_FALSE(words >> more) << more;
+}
+
+TEST(Trajectory, Open3dReadsThePoses) {
+  const std::string python = test::python_with("open3d");
+  if (python.empty()) GTEST_SKIP() << "python3-open3d is not installed";
+  const test::TempFolder folder;
+  folder.write("trajectory.txt", trajectory_text(some_poses()));
+  folder.write("say.py", R"(
+import numpy, open3d, sys
+print("read", end=" ")
+for p in open3d.io.read_pinhole_camera_trajectory(sys.argv[1]).parameters:
+    T = numpy.linalg.inv(p.extrinsic)  # it does not keep the time
+    w = numpy.sqrt(1 + numpy.trace(T[:3, :3])) / 2
+    print(0, *T[:3, 3], (T[2, 1] - T[1, 2]) / w / 4, (T[0, 2] - T[2, 0]) / w / 4, (T[1, 0] - T[0, 1]) / w / 4, w)
+)");
+  const auto said = test::say(python + " " + (folder / "say.py") + " " + (folder / "trajectory.txt"));
+  ASSERT_EQ(said.status, 0) << said.output;
+  expect_read(said.output, some_poses(), false);
+}
+
+TEST(Trajectory, EvoReadsTimesAndPoses) {
+  const std::string python = test::python_with("evo.tools.file_interface");
+  if (python.empty()) GTEST_SKIP() << "the Python module evo is not installed";
+  const test::TempFolder folder;
+  folder.write("trajectory.txt", trajectory_text(some_poses()));
+  folder.write("say.py", R"(
+import sys
+from evo.tools import file_interface
+t = file_interface.read_tum_trajectory_file(sys.argv[1])
+assert t.check()[0], t.check()
+print("read", end=" ")
+for time, p, (w, x, y, z) in zip(t.timestamps, t.positions_xyz, t.orientations_quat_wxyz):
+    print("%.6f" % time, *p, x, y, z, w)
+)");
+  const auto said = test::say(python + " " + (folder / "say.py") + " " + (folder / "trajectory.txt"));
+  ASSERT_EQ(said.status, 0) << said.output;
+  expect_read(said.output, some_poses(), true);
 }
 
 TEST(Progress, OneBarShowsTheShareOfAllAndTheTimeThatIsLeft) {
