@@ -68,7 +68,8 @@ constexpr std::array<Texts, kRefusalCount> kTexts{{
     {Refusal::reassembly_full, "reassembly_full", "a part of a record; there is no room to put it together"},
     {Refusal::store_refused, "store_refused", "a record of another robot; the store has no room"},
     {Refusal::unreadable, "unreadable", "a record that is held here and cannot be read back from the disk"},
-    {Refusal::append_refused, "append_refused", "a record of this robot; it is too large or the store has no room"},
+    {Refusal::append_refused, "append_refused",
+     "a record of this robot: too large, or the store has no room or cannot write"},
 }};
 
 constexpr bool in_order() {

@@ -44,15 +44,7 @@ bool Log::write_limited(Level level, std::string_view topic, std::string_view me
   unsigned left_out = 0;
   {
     const std::lock_guard lock(mutex_);
-    Topic& entry = topics_.try_emplace(std::string(topic)).first->second;
-    const Instant t = now();
-    if (entry.used && t - entry.last < std::chrono::seconds(1)) {
-      ++entry.left_out;
-      return false;
-    }
-    left_out = std::exchange(entry.left_out, 0u);
-    entry.used = true;
-    entry.last = t;
+    if (!topics_[std::string(topic)].take(now(), left_out)) return false;
   }
   write(level, left_out == 0 ? std::string(message) : fmt::format("{} ({} like it left out)", message, left_out));
   return true;

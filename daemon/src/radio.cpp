@@ -161,6 +161,7 @@ void Radio::turn() {
   log_refusals();
   log_complaints();
   log_network();
+  log_disk();
   log_guard();
   update_view(t);
 }

@@ -90,6 +90,7 @@ void Radio::append(Instant now, OutgoingRecord record) {
   if (stored) return published_.count(record);
   name_needless(now, 0);
   ++published_.refused;
+  if (disk_fault() != comms::DiskFault::none) return;  // log_disk() says so
   log_.limited("own record", "a record of this robot is left out of the map: {}; raise network.store_budget_mb",
                stored.error().text());
 }

@@ -1,6 +1,8 @@
 // What the radio tells others: its view for the rest of the daemon, and lines for people.
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "comms/fingerprint.hpp"
 #include "daemon/clock.hpp"
 #include "daemon/radio.hpp"
@@ -29,6 +31,20 @@ void Radio::log_refusals() {
                      counted.refused[i]))
       logged = counted.refused[i];
   }
+}
+
+comms::DiskFault Radio::disk_fault() const {
+  return store_.kept == nullptr ? comms::DiskFault::none : store_.kept->view().fault;
+}
+
+void Radio::log_disk() {
+  const comms::DiskFault fault = disk_fault();
+  if (std::exchange(disk_fault_, fault) == fault) return;
+  if (fault == comms::DiskFault::none) return log_.line("{}/log is written again", config_.out);
+  log_.warn(
+      "{}/log: the disk {}; the robot goes on, but keyframes and voxels are left out of the map until it is back: make "
+      "room on it, mount it again, or replace it",
+      config_.out, words(fault));
 }
 
 // Who served what, so that somebody can look after that robot.

@@ -75,6 +75,22 @@ TEST_F(LogTest, AFloodIsCutAndErrorsAreNot) {
   EXPECT_EQ(all.back(), "r1: over");
 }
 
+TEST(RepeatBudget, WhatGoesOnIsSaidLessAndLessOften) {
+  RepeatBudget budget;
+  const Instant begin{};
+  std::vector<int> said;
+  unsigned left_out = 0, all_left_out = 0;
+  for (int s = 0; s < 60; ++s)
+    if (budget.take(begin + s * 1s, left_out)) {
+      said.push_back(s);
+      all_left_out += left_out;
+    }
+  EXPECT_EQ(said, (std::vector<int>{0, 1, 3, 7, 15, 31, 47}));
+  EXPECT_EQ(all_left_out + said.size(), 48u) << "all up to the last line";
+  ASSERT_TRUE(budget.take(begin + 120s, left_out));
+  EXPECT_TRUE(budget.take(begin + 121s, left_out)) << "after a while without it it is news";
+}
+
 TEST(LineBudget, FillsAgainAndSaysWhatWasLeftOut) {
   LineBudget budget;
   unsigned left_out = 0;

@@ -142,6 +142,35 @@ TEST(Disk, OneThatBecomesReadOnlyIsSaidAndTheDaemonGoesOn) {
   EXPECT_EQ(robot.stop(), 0) << robot.log();
 }
 
+// The kernel's own answer to a disk that fails, under the log's open file; there is no way back without a new mount.
+TEST(Disk, OneThatFailsUnderTheLogIsSaidAndTheDaemonGoesOn) {
+  const TempFolder folder;
+  const std::string out = folder / "out", image = folder / "disk";
+  const std::string mount = fmt::format("mount -t ext4 -o loop,errors=remount-ro {} ", image);
+  const auto made = test::say(fmt::format("truncate -s 64M {} && /sbin/mkfs.ext4 -q {} && mkdir {} && unshare -m {}{}",
+                                          image, image, folder / "try", mount, folder / "try"));
+  if (made.status != 0) GTEST_SKIP() << "no disk of our own here (needs root, e2fsprogs, loop): " << made.output;
+  Walled robot(folder, "-m", mount + out, kLongWalk, "");
+  const auto frames = [&] {
+    const auto said = test::say(fmt::format("nsenter -t {} -m {}/onemapctl --socket {}/control.sock --json status",
+                                            robot.process().pid(), ONEMAP_BIN_DIR, out));
+    const auto now = nlohmann::json::parse(said.output, nullptr, false);
+    return now.is_object() ? now.value("frames", 0u) : 0u;
+  };
+  ASSERT_TRUE(test::wait_until([&] { return frames() > 5; }, 60s)) << robot.log();
+  ASSERT_TRUE(test::wait_until([&] { return fs::exists(robot.in_there("log/lock")); }, 60s)) << robot.log();
+  ASSERT_EQ(robot.within("echo a test > /sys/fs/ext4/$(basename $(findmnt -no SOURCE " + out + "))/trigger_fs_error"),
+            0);
+  ASSERT_TRUE(robot.says("out/log: the disk cannot be written to; the robot goes on")) << robot.log();
+  ASSERT_TRUE(robot.says("status.json: cannot write: Read-only file system")) << robot.log();
+  const unsigned before = frames();
+  EXPECT_TRUE(test::wait_until([&] { return frames() > before + 20; }, 60s)) << robot.log();
+  EXPECT_EQ(robot.stop(), 1) << "what it should write at the end is not written\n" << robot.log();
+  const std::string log = robot.log(), said = "the disk cannot be written to";
+  EXPECT_EQ(log.find(said), log.rfind(said)) << "once: " << log;
+  EXPECT_THAT(log, Not(HasSubstr("store_budget_mb"))) << "which would not help";
+}
+
 TEST(Disk, ALimitOfTheFileSizeDoesNotKillIt) {
   const TempFolder folder;
   const auto said =

@@ -18,4 +18,19 @@ class LineBudget {
   unsigned left_out_ = 0;
 };
 
+// How often a line that is about the same again and again may go into a log: at first every second, and while it goes
+// on every two, four, ... kMost seconds.
+class RepeatBudget {
+ public:
+  static constexpr Duration kLeast = std::chrono::seconds(1), kMost = std::chrono::seconds(16);
+
+  bool take(Instant now, unsigned& left_out);  // as LineBudget's
+
+ private:
+  Instant last_{};
+  Duration pause_{};
+  bool used_ = false;
+  unsigned left_out_ = 0;
+};
+
 }  // namespace onemap::daemon

@@ -39,7 +39,8 @@ class Log {
   void error(fmt::format_string<Args...> format, Args&&... args) {
     write(Level::error, fmt::format(format, std::forward<Args>(args)...));
   }
-  // At most one line a second for each topic; the next one says how many were left out. False: left out.
+  // At most one line a second for each topic, fewer while it goes on (RepeatBudget); the next one says how many were
+  // left out. False: left out.
   template <class... Args>
   bool limited(std::string_view topic, fmt::format_string<Args...> format, Args&&... args) {
     return write_limited(Level::warning, topic, fmt::format(format, std::forward<Args>(args)...));
@@ -50,18 +51,13 @@ class Log {
   }
 
  private:
-  struct Topic {
-    Instant last{};
-    unsigned left_out = 0;
-    bool used = false;
-  };
   void write(Level level, std::string_view message);
   void put(Level level, std::string_view message) const;
   bool write_limited(Level level, std::string_view topic, std::string_view message);
   const std::string name_;
   const bool journal_;  // stderr is the journal's
   std::mutex mutex_;
-  std::map<std::string, Topic, std::less<>> topics_;
+  std::map<std::string, RepeatBudget> topics_;
   LineBudget budget_;
 };
 

@@ -136,6 +136,8 @@ class Radio {
   void log_neighbours();
   void log_refusals();
   void log_network();
+  void log_disk();
+  comms::DiskFault disk_fault() const;  // of the log, now
   void log_conflict(Instant now);
   void update_view(Instant now);
 
@@ -179,6 +181,7 @@ class Radio {
   std::array<std::uint64_t, comms::kRefusalCount> logged_refusals_{};
   std::uint64_t sends_ = 0, sends_failed_ = 0, failed_before_ = 0;  // datagrams; since the last look; before it
   bool cut_off_ = false;                                            // nothing could be sent, as last logged
+  comms::DiskFault disk_fault_ = comms::DiskFault::none;            // of the log, as last logged
   Instant looked_{};
   std::atomic<bool> stopping_ = false;
   std::atomic<double> brightness_ = 0.0;  // 0: not known
