@@ -17,7 +17,9 @@ class OpenNi2Rig {
     devices_.plug("b", "room simulated:office?width=80&height=60\non_demand 1\n");
   }
   std::string missing() const { return ""; }
-  auto open(const std::string& address) const { return open_text(open_openni2, address); }
+  auto open(const std::string& address, Duration clock_offset = {}) const {
+    return open_text(open_openni2, address, clock_offset);
+  }
   std::string address() const { return "openni2:room://a"; }
   std::string other() const { return "openni2:room://b"; }
   std::vector<std::pair<std::string, std::string>> wrong_addresses() const {
