@@ -73,13 +73,15 @@ class OniRig {
    private:
     void make(const std::string& name, const std::string& walk) {
       constexpr int kWanted = static_cast<int>(kFrames), kTries = 10;
-      for (int i = 0; i < kTries && test::images_in(file(name)) != std::array{kWanted, kWanted}; ++i) {
-        test::OpenNi2Devices devices;
-        devices.plug(name, "room simulated:office?width=96&height=72&" + walk + "\nsteps 1\n");
-        test::record(devices, name, file(name), kWanted);
+      for (int i = 0; i < kTries; ++i) {
+        {
+          test::OpenNi2Devices devices;
+          devices.plug(name, "room simulated:office?width=96&height=72&" + walk + "\nsteps 1\n");
+          test::record(devices, name, file(name), kWanted);
+        }
+        if (test::images_in(file(name)) == std::array{kWanted, kWanted}) return;
       }
-      if (test::images_in(file(name)) != std::array{kWanted, kWanted})
-        missing = "OpenNI2's recorder leaves images out, ten times over: this machine is too busy";
+      missing = "OpenNI2's recorder leaves images out, ten times over: this machine is too busy";
     }
     test::TempFolder folder_;
   };

@@ -9,6 +9,7 @@
 #include "hal/backends/simulated.hpp"
 #include "support/openni2_devices.hpp"
 #include "support/openni2_recording.hpp"
+#include "support/text_of.hpp"
 
 // What OpenNI2's recorder writes from a device of ours, played by OpenNI2's own driver for files.
 namespace onemap::hal {
@@ -73,6 +74,17 @@ TEST(OpenNi2Recording, IsPlayedPixelForPixel) {
   if (HasFatalFailure()) return;
   devices.unplug("a");
   expect_room(file, 12);
+}
+
+// Its thread is cancelled by the library when a file is closed, and may still run in its code when that is unloaded.
+TEST(OpenNi2Recording, LeavesThePlayersCodeInMemory) {
+  test::OpenNi2Devices devices;
+  devices.plug("a", "room " + kRecordedRoom + "\nsteps 1\n");
+  const std::string file = devices.folder() / "room.oni";
+  test::record(devices, "a", file, 4);
+  if (HasFatalFailure()) return;
+  ASSERT_TRUE(open_openni2(*parse_camera_address("openni2:" + file)).ok());  // and closed again
+  EXPECT_THAT(test::text_of("/proc/self/maps"), testing::HasSubstr("libOniFile.so"));
 }
 
 TEST(OpenNi2Recording, ThatBreaksOffSaysSoAndEnds) {

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <chrono>
 #include <string>
+#include <thread>
 
 #include "support/openni2_devices.hpp"
 
@@ -67,6 +69,8 @@ inline std::array<int, 2> images_in(const std::string& file) {
     colour.destroy();
     device.close();
   }
+  // The player's thread was cancelled and not waited for; the library is unloaded now.
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
   openni::OpenNI::shutdown();
   return images;
 }
