@@ -46,7 +46,11 @@ Result<imaging::RigCalibration> scaled(const imaging::RigCalibration& nominal, c
   for (Intrinsics* k : {&rig.colour, rig.depth ? &*rig.depth : nullptr}) {
     if (k == nullptr) continue;
     const auto fitting = imaging::scaled_to(*k, size);
-    if (!fitting) return Error{place, fitting.error().reason};
+    if (!fitting)
+      return Error{place,
+                   fmt::format("{}: a recording has depth and colour at one size, {}x{}, and a camera whose {} "
+                               "images have another shape cannot be calibrated by one",
+                               fitting.error().reason, size.width, size.height, k == &rig.colour ? "colour" : "depth")};
     *k = *fitting;
   }
   if (rig.colour.depth_scale != recorded.depth_scale)

@@ -25,8 +25,10 @@ Status App::open_camera() {
   camera_ = std::move(*camera);
   if (auto status = check_camera(config_, camera_->intrinsics()); !status) return status;
   frames_expected_ = camera_->frames_expected();
-  camera_facts_ = {config_.camera, camera_->description(), camera_->live(), false, false, camera_->intrinsics()};
+  camera_facts_ = {config_.camera, camera_->description(), camera_->live(),  false,
+                   false,          camera_->intrinsics(),  camera_->limits()};
   log_.line("camera {}", camera_facts_.description);
+  if (!camera_facts_.limits.empty()) log_.warn("the camera {}", camera_facts_.limits);
   return success();
 }
 

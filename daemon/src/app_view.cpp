@@ -57,6 +57,11 @@ DaemonStatus App::status() const {
   s.frames_expected = frames_expected_;
   s.tracked = progress.tracked;
   s.keyframes = progress.keyframes;
+  const CaptureCounters captured = capture_->counters();
+  s.frames_dropped = captured.dropped;
+  s.frames_bad = captured.bad;
+  s.frames_missed = captured.missed;
+  s.images_unmatched = captured.unmatched;
   s.blocks_refused = progress.blocks_refused;
   const TeamView team = team_->view();
   const RadioView radio = radio_->view();

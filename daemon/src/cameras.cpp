@@ -1,14 +1,14 @@
 #include "daemon/cameras.hpp"
 
-#include <fmt/format.h>
-
 #include <array>
 
+#include "control/found_cameras.hpp"
 #include "hal/backends/libusb.hpp"
 #include "hal/backends/openni2.hpp"
 #include "hal/backends/replay.hpp"
 #include "hal/backends/simulated.hpp"
 #include "hal/backends/v4l2.hpp"
+#include "hal/base/text.hpp"
 
 namespace onemap::daemon {
 
@@ -23,23 +23,31 @@ constexpr std::array kBackends{
     hal::Backend{"openni2",
                  "PrimeSense, Xtion, Kinect-class devices and .oni files: openni2:, openni2:URI or openni2:FILE.oni",
                  hal::open_openni2, hal::check_openni2, hal::list_openni2},
-    hal::Backend{"libusb", "Kinect v1 on USB: libusb: or libusb:SERIAL", hal::open_libusb, hal::check_libusb,
-                 hal::list_libusb},
+    hal::Backend{"libusb", "Kinect v1 (Xbox 360 or for Windows) on USB: libusb: or libusb:SERIAL", hal::open_libusb,
+                 hal::check_libusb, hal::list_libusb},
 };
 }  // namespace
 
 std::span<const hal::Backend> camera_backends() { return kBackends; }
 
+namespace {
+control::Json found(std::span<const hal::CameraInfo> cameras) {
+  control::Json list = control::Json::array();
+  for (const hal::CameraInfo& camera : cameras)
+    list.push_back({{"address", printable(camera.address)},
+                    {"description", printable(camera.description)},
+                    {"abilities", printable(camera.abilities)},
+                    {"problem", printable(camera.problem)},
+                    {"limits", printable(camera.limits)}});
+  const hal::CameraInfo* best = hal::best_of(cameras);
+  return {{"found", std::move(list)}, {"auto", best ? control::Json(printable(best->address)) : control::Json()}};
+}
+}  // namespace
+
+std::string cameras_json_text(std::span<const hal::CameraInfo> cameras) { return control::line_of(found(cameras)); }
+
 std::string cameras_text(std::span<const hal::CameraInfo> cameras) {
-  std::string text, best;
-  for (const hal::CameraInfo& camera : cameras) {
-    text += fmt::format("{}\n  {}\n", camera.address, camera.description);
-    if (!camera.abilities.empty()) text += fmt::format("  {}\n", camera.abilities);
-    if (!camera.problem.empty()) text += fmt::format("  cannot be used: {}\n", camera.problem);
-    if (camera.problem.empty() && best.empty()) best = camera.address;
-  }
-  if (cameras.empty()) return "no camera found on this machine; recordings and simulations are named, see --help\n";
-  return text + (best.empty() ? "none of them can be used\n" : fmt::format("auto is {}\n", best));
+  return control::found_cameras_words(found(cameras));
 }
 
 }  // namespace onemap::daemon

@@ -20,7 +20,9 @@ Capture::Capture(hal::DepthCamera& camera, Speed speed, Failures& failures, Log&
       pool_(camera.intrinsics(), kFrames),
       queue_(kQueued),
       live_(camera.live()),
-      heartbeat_("capture", kStuckAfter) {}
+      heartbeat_("capture", kStuckAfter) {
+  read_counters();
+}
 
 Capture::~Capture() { stop(); }
 
@@ -49,6 +51,7 @@ void Capture::run() {
     heartbeat_.beat(now());
     const hal::Grab grab = camera_.grab(frame, kPatience);
     heartbeat_.rest();  // for the pace and the pipeline it waits as long as they want
+    read_counters();
     if (grab == hal::Grab::end) {
       ended_ = true;
       break;
@@ -61,6 +64,12 @@ void Capture::run() {
     if (listener_) listener_(frame.view());
     if (!deliver(std::move(frame))) break;
   }
+}
+
+void Capture::read_counters() {
+  const hal::CameraCounters counted = camera_.counters();
+  unmatched_ = counted.unmatched;
+  missed_ = counted.missed;
 }
 
 void Capture::tell(hal::Grab grab) {
@@ -133,7 +142,9 @@ CaptureCounters Capture::counters() const {
           fault(FrameFault::black),
           fault(FrameFault::saturated),
           fault(FrameFault::no_depth),
-          time_back_};
+          time_back_,
+          unmatched_,
+          missed_};
 }
 
 }  // namespace onemap::daemon

@@ -72,6 +72,9 @@ void Harvest::say_costs() const {
   const CaptureCounters captured = from_.capture.counters();
   if (captured.dropped + captured.bad > 0)
     log_.line("{} frames dropped to keep pace, {} could not be read", captured.dropped, captured.bad);
+  if (captured.missed + captured.unmatched > 0)
+    log_.line("{} frames of the camera were not fetched in time, {} images had no partner", captured.missed,
+              captured.unmatched);
   if (captured.gone > 0) log_.line("the camera went away {} times", captured.gone);
   if (captured.frozen + captured.black + captured.saturated + captured.no_depth + captured.time_back > 0)
     log_.line("frames with faults: {} like the one before, {} black, {} white, {} without depth, {} back in time",

@@ -51,7 +51,7 @@ struct Given {
 struct CommandLine {
   std::string config;
   CLI::Option* config_given = nullptr;
-  bool help_config = false, cameras = false, check = false, dump = false;
+  bool help_config = false, cameras = false, json = false, check = false, dump = false;
   std::string man;
   std::deque<Given> options;  // CLI11 keeps pointers into it
 };
@@ -125,7 +125,9 @@ void declare(CLI::App& app, CommandLine& line) {
   line.config_given->type_name("FILE");
   app.add_flag("--check-config", line.check, "read the configuration, say everything that is wrong with it, and exit");
   app.add_flag("--dump-config", line.dump, "print the values that hold, and where each is from, and exit");
-  app.add_flag("--cameras", line.cameras, "list the cameras of this machine, and why one cannot be used");
+  app.add_flag("--cameras", line.cameras,
+               "list the cameras of this machine, what each can do, and why one cannot be used");
+  app.add_flag("--json", line.json, "with --cameras: as one JSON object in a line");
   app.add_flag("--help-config", line.help_config, "print a commented configuration with every key, and exit");
   app.add_option("--man", line.man, "print a man page, for man -l: of this program (8) or of its configuration (5)")
       ->type_name("8|5")
@@ -216,6 +218,11 @@ std::string man_page(const CLI::App& app, const std::string& page) {
   return man_of_daemon(options, kExits);
 }
 
+std::string list_of_cameras(bool json) {
+  const auto cameras = hal::list_cameras(camera_backends());
+  return json ? cameras_json_text(cameras) : cameras_text(cameras);
+}
+
 // What is said instead of working; nothing: go on with what was read.
 std::optional<Ending> parse(const std::vector<std::string>& arguments, const Surroundings& surroundings, Config& config,
                             std::vector<Error>& errors) {
@@ -225,7 +232,8 @@ std::optional<Ending> parse(const std::vector<std::string>& arguments, const Sur
   if (auto ending = parse_command_line(app, arguments)) return ending;
   if (line.help_config) return Ending{Exit::done, config_text({})};
   if (!line.man.empty()) return Ending{Exit::done, man_page(app, line.man)};
-  if (line.cameras) return Ending{Exit::done, cameras_text(hal::list_cameras(camera_backends()))};
+  if (line.cameras) return Ending{Exit::done, list_of_cameras(line.json)};
+  if (line.json) return Ending{Exit::usage, complaint(kProgram, "--json goes with --cameras")};
   errors = read(line, surroundings, config);
   if (!errors.empty()) return refused(errors);
   if (line.dump) return Ending{Exit::done, origins_text(config)};

@@ -48,6 +48,10 @@ std::string to_json(const DaemonStatus& s) {
                     {"frames_expected", s.frames_expected},
                     {"tracked", s.tracked},
                     {"keyframes", s.keyframes},
+                    {"frames_dropped", s.frames_dropped},
+                    {"frames_bad", s.frames_bad},
+                    {"frames_missed", s.frames_missed},
+                    {"images_unmatched", s.images_unmatched},
                     {"map_digest", digest_text(s.map_digest)},
                     {"frontier_digest", digest_text(s.frontier_digest)},
                     {"robots_known", s.robots_known},
@@ -85,6 +89,10 @@ Result<DaemonStatus> status_from_json(const std::string& text, const std::string
     s.map_agreed = object.value("map_agreed", s.map_agreed);
     s.map_differs = object.value("map_differs", s.map_differs);
     if (object.contains("pose")) read_pose(object, s);
+    s.frames_dropped = object.value("frames_dropped", s.frames_dropped);
+    s.frames_bad = object.value("frames_bad", s.frames_bad);
+    s.frames_missed = object.value("frames_missed", s.frames_missed);
+    s.images_unmatched = object.value("images_unmatched", s.images_unmatched);
     s.blocks_refused = object.value("blocks_refused", s.blocks_refused);
     s.waiting = object.value("waiting", s.waiting);
     s.stuck = object.value("stuck", s.stuck);

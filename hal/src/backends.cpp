@@ -41,12 +41,12 @@ Result<const Backend*> find_backend(std::span<const Backend> table, const Camera
   return Error{"camera address '" + address.text + "'", "no backend '" + address.backend + "'; known: " + known};
 }
 
-Result<std::string> address_of_first_usable(std::span<const Backend> table) {
+Result<std::string> address_of_best(std::span<const Backend> table) {
+  const std::vector<CameraInfo> cameras = list_cameras(table);
+  if (const CameraInfo* best = best_of(cameras)) return best->address;
   std::string refused;
-  for (const CameraInfo& camera : list_cameras(table)) {
-    if (camera.problem.empty()) return camera.address;
+  for (const CameraInfo& camera : cameras)
     refused += "; " + camera.address + " (" + camera.description + "): " + camera.problem;
-  }
   return Error{"camera address 'auto'", "no usable camera on this machine" + refused};
 }
 
@@ -71,10 +71,20 @@ std::vector<CameraInfo> list_cameras(std::span<const Backend> table) {
   return all;
 }
 
+const CameraInfo* best_of(std::span<const CameraInfo> cameras) {
+  const CameraInfo* usable = nullptr;
+  for (const CameraInfo& camera : cameras) {
+    if (!camera.problem.empty()) continue;
+    if (camera.limits.empty()) return &camera;
+    if (!usable) usable = &camera;
+  }
+  return usable;
+}
+
 Result<std::unique_ptr<DepthCamera>> open_camera(std::span<const Backend> table, std::string_view address,
                                                  Duration clock_offset) {
   if (address == "auto") {
-    const auto found = address_of_first_usable(table);
+    const auto found = address_of_best(table);
     if (!found) return found.error();
     return open_camera(table, *found, clock_offset);
   }

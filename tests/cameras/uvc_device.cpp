@@ -88,11 +88,11 @@ Film::Picture UvcDevice::develop(const hal::FrameView& frame) {
   return {std::move(depth), yuyv_of(frame.rgb)};
 }
 
-// The ids of a RealSense D435, which onemap's udev rules and calibrations know.
+// The ids of a RealSense D435, which onemap's udev rules and calibrations know. On USB 2 it calls itself a 2.1 device.
 Bytes UvcDevice::device_descriptor(UsbPort::Speed speed) const {
   const bool super = speed == UsbPort::Speed::super;
-  Bytes out{18,   1, 0x00, static_cast<std::uint8_t>(super ? 3 : 2),
-            0xef, 2, 1,    static_cast<std::uint8_t>(super ? 9 : 64)};
+  Bytes out{18, 1, static_cast<std::uint8_t>(super ? 0x00 : 0x10), static_cast<std::uint8_t>(super ? 3 : 2), 0xef,
+            2,  1, static_cast<std::uint8_t>(super ? 9 : 64)};
   append(out, {0x86, 0x80, 0x07, 0x0b, 0x00, 0x01, 1, 2, 3, 1});
   return out;
 }

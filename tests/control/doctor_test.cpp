@@ -21,7 +21,7 @@ class Doctor : public testing::Test {
  protected:
   Doctor() {
     machine_ = {folder_.path().string(), getuid() == 0 ? 1 : getuid(), {}, [this](const std::string& option) {
-                  return option == "--check-config" ? check_ : std::optional(dump_);
+                  return option == "--check-config" ? check_ : std::optional(option == "--dump-config" ? dump_ : list_);
                 }};
     machine_.groups = {getgid()};
     std::filesystem::create_directories(folder_.path() / "out");
@@ -65,7 +65,7 @@ class Doctor : public testing::Test {
 
   const test::TempFolder folder_;
   std::optional<Told> check_ = Told{0, "the configuration is good\n"};
-  Told dump_;
+  Told dump_, list_;
   Machine machine_;
 };
 
@@ -106,6 +106,19 @@ TEST_F(Doctor, NodesOfCamerasThatTheDaemonMayNotOpen) {
   EXPECT_THAT(found[0].value("text", ""), HasSubstr("/dev/bus/usb/001/012: uid 4711 may not open it"));
   dump("replay:/recordings/1");
   EXPECT_TRUE(about("camera").empty()) << "a recording needs none";
+}
+
+TEST_F(Doctor, ACameraThatDoesLessThanItCouldIsSaid) {
+  machine_.user = getuid();
+  file("/dev/video0", 0600);
+  list_.text = R"({"found":[{"address":"v4l2:/dev/video0","limits":"is on USB 2"},{"address":"v4l2:/dev/video4"}]})";
+  const auto found = about("camera");
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_FALSE(found[1].value("ok", true));
+  EXPECT_EQ(found[1].value("text", ""), "v4l2:/dev/video0 is on USB 2");
+  EXPECT_THAT(found[1].value("advice", ""), HasSubstr("port"));
+  list_.status = 1;
+  EXPECT_EQ(about("camera").size(), 1u) << "the list is not known";
 }
 
 TEST_F(Doctor, TheFilesOfKeysAreTheDaemonsAlone) {

@@ -27,10 +27,11 @@ class FaultyCamera final : public hal::DepthCamera {
     return good_->grab(into, timeout);
   }
   const Error& last_error() const override { return good_->last_error(); }
-  hal::CameraCounters counters() const override { return good_->counters(); }
+  hal::CameraCounters counters() const override { return {good_->counters().frames, 0, 5, 7}; }
   bool live() const override { return good_->live(); }
   std::uint64_t frames_expected() const override { return good_->frames_expected(); }
   std::string description() const override { return "a camera with a fault"; }
+  std::string limits() const override { return "is on USB 2"; }
 
  private:
   std::unique_ptr<hal::DepthCamera> good_;
@@ -65,7 +66,12 @@ TEST_P(AppTest, AThreadThatThrowsEndsTheWorkAndWhatThereIsIsWritten) {
   if (GetParam()) config.listen = "127.0.0.1:0";  // with a team's threads
   testing::internal::CaptureStderr();
   EXPECT_EQ(App(config, log, kFaulty).run(signals), Exit::failed);
-  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("capture: out of memory"));
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(said, HasSubstr("capture: out of memory"));
+  EXPECT_THAT(said, HasSubstr("the camera is on USB 2\n")) << "when it was opened";
+  const auto status = test::read_json(out / "status.json");
+  EXPECT_EQ(status.at("images_unmatched"), 5);
+  EXPECT_EQ(status.at("frames_missed"), 7);
   EXPECT_GE(test::lines(out / "trajectory.txt"), 20u);
   EXPECT_TRUE(std::filesystem::exists(out / "local.ply"));
   EXPECT_EQ(test::read_json(out / "report.json").at("robots").size(), 1u);

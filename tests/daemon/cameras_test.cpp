@@ -8,6 +8,7 @@
 #include <regex>
 #include <sstream>
 
+#include "control/protocol.hpp"
 #include "daemon/options.hpp"
 #include "support/text_of.hpp"
 
@@ -24,11 +25,26 @@ TEST(Cameras, TheListSaysWhatIsThereAndWhatAutoOpens) {
   EXPECT_THAT(cameras_text({}), testing::HasSubstr("no camera found"));
 }
 
+TEST(Cameras, TheListSaysItToProgramsAndACameraAtItsBestIsBefore) {
+  const hal::CameraInfo cameras[] = {{"v4l2:/dev/video0", "One", "Z16", "", "is on USB 2"},
+                                     {"openni2:a", "Another", "depth", ""}};
+  const auto answer = control::Json::parse(cameras_json_text(cameras));
+  EXPECT_EQ(answer.at("auto"), "openni2:a");
+  EXPECT_EQ(answer.at("found").at(0).at("limits"), "is on USB 2");
+  EXPECT_EQ(answer.at("found").at(1).at("abilities"), "depth");
+  EXPECT_EQ(control::Json::parse(cameras_json_text(std::span(cameras).first(1))).at("auto"), "v4l2:/dev/video0");
+  EXPECT_TRUE(control::Json::parse(cameras_json_text({})).at("auto").is_null());
+}
+
 TEST(Cameras, TheOptionEndsWithTheList) {
   const auto parsed = parse_daemon_options({"--cameras"});
   EXPECT_FALSE(parsed.value.has_value());
   EXPECT_EQ(parsed.exit, Exit::done);
   EXPECT_FALSE(parsed.text.empty());
+  const auto json = parse_daemon_options({"--cameras", "--json"});
+  EXPECT_EQ(json.exit, Exit::done);
+  EXPECT_TRUE(control::Json::parse(json.text).at("found").is_array()) << json.text;
+  EXPECT_EQ(parse_daemon_options({"--json"}).exit, Exit::usage);
 }
 
 // VENDOR and PRODUCT of the udev rules of one subsystem; a rule without a product is for all of a vendor's.

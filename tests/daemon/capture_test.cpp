@@ -34,11 +34,13 @@ class ScriptedCamera final : public hal::DepthCamera {
       into.colour_time = into.depth_time = FrameTime(std::chrono::milliseconds(33 * frames_));
     }
     if (grab == Grab::gone) error_ = {"/dev/camera", "unplugged " + std::to_string(++unplugged_)};
-    if (grab == Grab::bad) error_ = {"/dev/camera", "torn"};
+    if (grab == Grab::bad) error_ = {"/dev/camera", "torn " + std::to_string(++bad_)};
+    if (grab == Grab::timeout) ++waits_;
     return grab;
   }
   const Error& last_error() const override { return error_; }
-  hal::CameraCounters counters() const override { return {}; }
+  // As if each bad frame left an image without its partner, and each wait missed two frames.
+  hal::CameraCounters counters() const override { return {frames_, bad_, 1 + bad_, 2 * waits_}; }
   bool live() const override { return true; }
   std::uint64_t frames_expected() const override { return 0; }
   std::string description() const override { return "scripted"; }
@@ -47,7 +49,7 @@ class ScriptedCamera final : public hal::DepthCamera {
   hal::Intrinsics intrinsics_;
   std::deque<Grab> script_;
   Error error_;
-  std::uint64_t frames_ = 0;
+  std::uint64_t frames_ = 0, bad_ = 0, waits_ = 0;
   int unplugged_ = 0;
 };
 
@@ -104,6 +106,15 @@ TEST(Capture, TimeoutsAndBadFramesDoNotEndTheStream) {
   EXPECT_EQ(played.counters.gone, 0u);
   EXPECT_THAT(played.log, HasSubstr("frame refused: /dev/camera: torn"));
   EXPECT_THAT(played.log, testing::Not(HasSubstr("gone")));
+}
+
+// Also those of a camera that has counted before the first frame, and of what happened after the last one.
+TEST(Capture, WhatTheCameraCountsIsTakenFromIt) {
+  using enum Grab;
+  EXPECT_EQ(play({}).counters.unmatched, 1u);
+  const Played played = play({frame, bad, timeout, frame, bad, timeout, timeout});
+  EXPECT_EQ(played.counters.unmatched, 3u);
+  EXPECT_EQ(played.counters.missed, 6u);
 }
 
 // A driver that does not come back.

@@ -25,6 +25,8 @@ RobotFacts busy_robot() {
   f.capture.dropped = 8;
   f.capture.gone = 1;
   f.capture.frozen = 6;
+  f.capture.unmatched = 9;
+  f.capture.missed = 3;
   f.snapshots.made = 7;
   f.rss_mb = 160;
   f.pipeline.costs.frame = {{8, 12, 15}, 800, 90};
@@ -66,6 +68,8 @@ TEST(Metrics, EveryFamilyParsesStrictlyAndSaysWhatTheFactsSay) {
   EXPECT_EQ(value("onemap_peer_bytes_by_kind_total", "{peer=r2,direction=in,kind=ping}"), 60);
   EXPECT_EQ(value("onemap_peer_bytes_by_kind_total", "{peer=r2,direction=out,kind=features}"), 1500);
   EXPECT_EQ(value("onemap_frames_total", "{outcome=dropped}"), 8);
+  EXPECT_EQ(value("onemap_frames_total", "{outcome=missed}"), 3);
+  EXPECT_EQ(value("onemap_images_unmatched_total", ""), 9);
   EXPECT_EQ(value("onemap_frames_not_placed_total", "{reason=too_few_features}"), 10);
   EXPECT_EQ(value("onemap_frames_faulty_total", "{fault=frozen}"), 6);
   EXPECT_EQ(value("onemap_snapshots_total", "{outcome=made}"), 7);

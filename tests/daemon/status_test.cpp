@@ -25,6 +25,10 @@ TEST(Status, SurvivesTheFile) {
   status.frames_expected = 40;
   status.tracked = 11;
   status.keyframes = 3;
+  status.frames_dropped = 4;
+  status.frames_bad = 5;
+  status.frames_missed = 6;
+  status.images_unmatched = 7;
   status.map_digest = 0xFEDCBA9876543210u;
   status.frontier_digest = 0x00000000000000FFu;
   status.robots_known = 3;
@@ -43,6 +47,8 @@ TEST(Status, SurvivesTheFile) {
   ASSERT_TRUE(read.ok());
   EXPECT_EQ(to_json(*read), to_json(status));
   EXPECT_EQ(read.value().map_digest, status.map_digest);
+  EXPECT_EQ(read.value().frames_missed, 6u);
+  EXPECT_EQ(read.value().images_unmatched, 7u);
   EXPECT_FALSE(read_status(folder / "none.json").ok());
 }
 

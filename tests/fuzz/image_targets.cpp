@@ -3,6 +3,7 @@
 
 #include "fuzz/expect.hpp"
 #include "fuzz/targets.hpp"
+#include "hal/backends/openni2/decode.hpp"
 #include "hal/imaging/image_file.hpp"
 #include "hal/imaging/raw_colour.hpp"
 #include "hal/imaging/raw_depth.hpp"
@@ -41,29 +42,50 @@ void raw(std::size_t which, const RawImage& image) {
   }
 }
 
-void file(Bytes input, bool colour) {
+// As OpenNI2 hands them over: any of its formats, mirrored or not.
+void openni2(bool colour, std::uint8_t how, const RawImage& image) {
+  namespace ni = hal::openni2;
+  const auto format = static_cast<ni::PixelFormat>(how % 7u);
+  const bool mirrored = how >= 7;
+  if (colour)
+    decodes<std::uint8_t>(3 * image.size.pixels(),
+                          [&](std::span<std::uint8_t> rgb) { return ni::decode_colour(format, image, mirrored, rgb); });
+  else
+    decodes<std::uint16_t>(image.size.pixels(),
+                           [&](std::span<std::uint16_t> depth) { return ni::decode_depth(image, mirrored, depth); });
+}
+
+enum class File : std::uint8_t { colour, depth, plain_colour };
+
+void file(Bytes input, File kind) {
+  using hal::imaging::Chroma;
   const auto size = hal::imaging::image_size(input);
   ONEMAP_FUZZ_EXPECT(size.ok() || !size.error().reason.empty());
   if (!size || size->pixels() > kMostPixels) return;
-  if (colour)
-    decodes<std::uint8_t>(3 * size->pixels(),
-                          [&](std::span<std::uint8_t> rgb) { return hal::imaging::decode_color(input, *size, rgb); });
-  else
-    decodes<std::uint16_t>(size->pixels(), [&](std::span<std::uint16_t> depth) {
+  if (kind == File::depth)
+    return decodes<std::uint16_t>(size->pixels(), [&](std::span<std::uint16_t> depth) {
       return hal::imaging::decode_depth(input, *size, depth);
     });
+  const Chroma chroma = kind == File::colour ? Chroma::smooth : Chroma::plain;
+  decodes<std::uint8_t>(3 * size->pixels(), [&](std::span<std::uint8_t> rgb) {
+    return hal::imaging::decode_color(input, *size, rgb, chroma);
+  });
 }
 
 }  // namespace
 
+// The first byte's lower half is the decoder, its upper half what else it is told.
 void image(Bytes input) {
   if (input.size() < 4) return;
-  const std::size_t which = input[0] % 8u;
+  const std::size_t which = input[0] % 16u;
   const Bytes rest = input.subspan(4);
-  if (which >= 6) return file(rest, which == 6);
+  if (which >= 6 && which <= 8)
+    return file(rest, which == 6 ? File::colour : which == 7 ? File::depth : File::plain_colour);
   // As long as the image says or shorter, in memory of its own: the address sanitizer sees a byte too far.
   const std::vector<std::uint8_t> bytes(rest.begin(), rest.end());
-  raw(which, {bytes, ImageSize{input[1], input[2]}, input[3]});
+  const RawImage image{bytes, ImageSize{input[1], input[2]}, input[3]};
+  if (which < 6) raw(which, image);
+  if (which == 9 || which == 10) openni2(which == 9, input[0] >> 4, image);
 }
 
 }  // namespace onemap::fuzz

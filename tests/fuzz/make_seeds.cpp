@@ -185,10 +185,18 @@ void image_seeds() {
   write("image", "bayer", seed(3, 0, some(kWidth * kHeight)));
   write("image", "z16", seed(4, 0, some(2u * kWidth * kHeight)));
   write("image", "disparity11", seed(5, 0, some(kWidth * kHeight / 8 * 11)));
+  // 9 and 10 are OpenNI2's colour and depth, in the upper half the format and, from 7 on, mirrored.
+  write("image", "openni2_rgb_mirrored", seed(9 + 16 * 9, 0, some(3u * kWidth * kHeight)));
+  write("image", "openni2_uyvy", seed(9 + 16 * 3, 0, some(2u * kWidth * kHeight)));
+  write("image", "openni2_grey_mirrored", seed(9 + 16 * 12, 44, some(44u * kHeight)));
+  write("image", "openni2_depth_mirrored", seed(10 + 16 * 7, 84, some(84u * kHeight)));
   Bytes file;
   const std::vector<std::uint16_t> depth(kWidth * kHeight, 1234);
   if (encode_colour({kWidth, kHeight}, pixels, file)) write("image", "png", seed(6, 0, file));
-  if (encode_jpeg({kWidth, kHeight}, pixels, 80, file)) write("image", "jpeg", seed(6, 0, file));
+  if (encode_jpeg({kWidth, kHeight}, pixels, 80, file)) {
+    write("image", "jpeg", seed(6, 0, file));
+    write("image", "jpeg_plain", seed(8, 0, file));
+  }
   if (encode_depth({kWidth, kHeight}, depth, file)) write("image", "depth_png", seed(7, 0, file));
 }
 }  // namespace

@@ -98,6 +98,16 @@ TEST(OpenCamera, AutoIsTheFirstUsableCameraInTheTablesOrder) {
   EXPECT_EQ(all[2].address, "two:c");
 }
 
+TEST(OpenCamera, AutoTakesACameraThatDoesAllThatItCanBeforeALimitedOne) {
+  const auto limited = [] {
+    return std::vector<CameraInfo>{{"one:a", "", "", "", "is on USB 2"}, {"one:b", "", "", "", "is on USB 2"}};
+  };
+  const auto whole = [] { return std::vector<CameraInfo>{{"two:c", "", "", ""}}; };
+  const Backend table[] = {{"one", "", tell_place, nullptr, limited}, {"two", "", tell_place, nullptr, whole}};
+  EXPECT_EQ(open_camera(table, "auto").error().text(), "two:c: 0");
+  EXPECT_EQ(open_camera(std::span(table).first(1), "auto").error().text(), "one:a: 0") << "better than none";
+}
+
 TEST(OpenCamera, AutoSaysWhyNothingCanBeUsed) {
   const auto broken = [] { return std::vector<CameraInfo>{{"one:a", "an old one", "", "no permission"}}; };
   const Backend table[] = {{"named", "", tell_place}, {"one", "", tell_place, nullptr, broken}};

@@ -5,7 +5,7 @@
 //
 // A Rig sets up its own device or recording in the constructor and has:
 //   std::string missing()             why it cannot run here; empty: it can
-//   open(address)                     the backend's open function, from text
+//   open(address, clock_offset = {})  the backend's open function, from text
 //   std::string address(), other()    of two cameras, to be open at once
 //   wrong_addresses()                 pairs of an address and what its error must say
 //   static constexpr bool kLive       live() of its cameras
@@ -14,8 +14,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <memory>
 #include <string>
+#include <thread>
 
 #include "hal/backends.hpp"
 
@@ -93,7 +95,7 @@ TYPED_TEST_P(CameraContract, FramesAreWholeAndTheirTimesIncrease) {
   const auto camera = this->open(this->rig_.address());
   ASSERT_TRUE(camera);
   FramePool pool(camera->intrinsics(), 1);
-  FrameTime last{};
+  FrameTime last = FrameTime::min();  // a recording may begin at 0
   for (std::uint64_t i = 0; i < 10; ++i) {
     Frame frame = pool.acquire();
     ASSERT_EQ(camera->grab(frame, this->kPatient), Grab::frame) << camera->last_error().text();
@@ -181,6 +183,51 @@ TYPED_TEST_P(CameraContract, AnUnpluggedCameraIsGoneAndComesBack) {
   }
 }
 
+// As the capture thread waits: somebody pulls the plug while it is inside the driver.
+TYPED_TEST_P(CameraContract, UnpluggingEndsAWaitThatHasBegun) {
+  if constexpr (!TypeParam::kLive) {
+    GTEST_SKIP() << "nothing that could be unplugged";
+  } else {
+    const auto camera = this->open(this->rig_.address());
+    ASSERT_TRUE(camera);
+    FramePool pool(camera->intrinsics(), 1);
+    Frame frame = pool.acquire();
+    ASSERT_EQ(camera->grab(frame, this->kPatient), Grab::frame);
+    this->rig_.pause();
+    ASSERT_EQ(this->grab_until(*camera, frame, Grab::timeout), Grab::timeout);
+    std::atomic<bool> inside = false;
+    Grab grab = Grab::timeout;
+    std::thread reader([&] {
+      inside = true;
+      grab = camera->grab(frame, this->kPatient);
+    });
+    while (!inside) std::this_thread::yield();
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    this->rig_.unplug();
+    reader.join();
+    EXPECT_EQ(grab, Grab::gone);
+    this->rig_.plug();
+    EXPECT_EQ(this->grab_until(*camera, frame, Grab::frame), Grab::frame) << camera->last_error().text();
+  }
+}
+
+// A live camera's times are the device's stamps and the offset that it was given; a recording has its own.
+TYPED_TEST_P(CameraContract, TheClockOffsetIsInTheTimes) {
+  constexpr std::chrono::hours kOffset(1000);
+  FrameTime times[2];
+  for (const int shifted : {0, 1}) {
+    auto camera = this->rig_.open(this->rig_.address(), shifted * kOffset);
+    ASSERT_TRUE(camera.ok()) << camera.error().text();
+    FramePool pool((*camera)->intrinsics(), 1);
+    Frame frame = pool.acquire();
+    ASSERT_EQ((*camera)->grab(frame, this->kPatient), Grab::frame) << (*camera)->last_error().text();
+    EXPECT_LE(std::chrono::abs(frame.depth_time - frame.colour_time), std::chrono::milliseconds(40)) << "both";
+    times[shifted] = frame.colour_time;
+  }
+  const auto expected = TypeParam::kLive ? kOffset : std::chrono::hours(0);
+  EXPECT_LT(std::chrono::abs(times[1] - times[0] - expected), std::chrono::minutes(5));
+}
+
 TYPED_TEST_P(CameraContract, ClosesWhileItStreamsAndFramesOutliveIt) {
   for (int round = 0; round < 3; ++round) {
     auto camera = this->open(this->rig_.address());
@@ -210,6 +257,7 @@ TYPED_TEST_P(CameraContract, TwoCamerasAtOnce) {
 REGISTER_TYPED_TEST_SUITE_P(CameraContract, OpensAndSaysWhatItIs, WrongAddressesAreErrorsThatSayWhy,
                             FramesAreWholeAndTheirTimesIncrease, NoFrameIsLostWhenAllAreTaken,
                             WaitingEndsWithTheTimeout, AnUnpluggedCameraIsGoneAndComesBack,
+                            UnpluggingEndsAWaitThatHasBegun, TheClockOffsetIsInTheTimes,
                             ClosesWhileItStreamsAndFramesOutliveIt, TwoCamerasAtOnce);
 
 }  // namespace onemap::hal

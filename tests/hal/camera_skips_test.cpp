@@ -116,7 +116,7 @@ TEST(CameraSkips, WithAllThatItNeedsItGoesOn) {
 }
 
 TEST(CameraSkips, TestsOnPlayedDevicesOutsideUmockdevEndWith77) {
-  for (const char* program : {"test_v4l2", "test_kinect_usb"}) {
+  for (const char* program : {"test_v4l2", "test_kinect_usb", "test_kinect_streams"}) {
     if (!fs::exists(kBin + "/" + program)) GTEST_SKIP() << program << " was not built: its own test says why";
     const Said said = test::say("env -u LD_PRELOAD " + kBin + "/" + program);
     EXPECT_EQ(said.status, 77) << said.output;
@@ -142,7 +142,7 @@ TEST(CameraSkips, TestsThatWereNotBuiltAreSkipsInCtest) {
   const Said tested = test::say("ctest -V --test-dir " + at + "/build");
   EXPECT_THAT(tested.output, HasSubstr("skipped: missing (Debian): libumockdev-dev umockdev\n"));
   EXPECT_THAT(tested.output, HasSubstr("skipped: missing (Debian): libfreenect-dev libumockdev-dev umockdev\n"));
-  for (const char* name : {"V4l2UnderUmockdev", "KinectUnderUmockdev"})
+  for (const char* name : {"V4l2UnderUmockdev", "KinectUnderUmockdev", "KinectStreamsUnderUmockdev"})
     EXPECT_THAT(tested.output, testing::ContainsRegex(std::string("[0-9] - ") + name + " \\(Skipped\\)"));
 }
 

@@ -14,7 +14,9 @@ struct SimulatedRig {
   static constexpr bool kLive = false;
   static constexpr std::size_t kFrames = 24;
   std::string missing() const { return ""; }
-  auto open(const std::string& address) const { return open_text(open_simulated, address); }
+  auto open(const std::string& address, Duration clock_offset = {}) const {
+    return open_text(open_simulated, address, clock_offset);
+  }
   std::string address() const { return "simulated:office?width=96&height=72&frames=24"; }
   std::string other() const { return "simulated:office?width=80&height=60&frames=24&robot=2"; }
   Wrong wrong_addresses() const {
@@ -31,7 +33,9 @@ class ReplayRig {
     for (const char* name : {"one", "other"}) write(name, name == std::string("one") ? 0 : 100);
   }
   std::string missing() const { return ""; }
-  auto open(const std::string& address) const { return open_text(open_replay, address); }
+  auto open(const std::string& address, Duration clock_offset = {}) const {
+    return open_text(open_replay, address, clock_offset);
+  }
   std::string address() const { return "replay:" + (folder_ / "one"); }
   std::string other() const { return "replay:" + (folder_ / "other"); }
   Wrong wrong_addresses() const {

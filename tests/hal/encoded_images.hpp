@@ -65,8 +65,14 @@ inline Bytes encode_depth_png(int width, int height, const std::vector<std::uint
   return encode_png(width, height, {PNG_COLOR_TYPE_GRAY, 16, PNG_INTERLACE_NONE}, rows);
 }
 
+// How much coarser than brightness colour is, and after how many units a decoder may begin anew; 0: never.
+struct JpegLayout {
+  int across = 2, down = 2, restart = 0;
+};
+
 // components: 3 (RGB) or 1 (grey).
-inline Bytes encode_jpeg(int width, int height, int components, const Bytes& pixels, int quality = 95) {
+inline Bytes encode_jpeg(int width, int height, int components, const Bytes& pixels, int quality = 95,
+                         const JpegLayout& layout = {}) {
   jpeg_compress_struct jpeg{};
   jpeg_error_mgr errors{};
   jpeg.err = jpeg_std_error(&errors);
@@ -80,6 +86,9 @@ inline Bytes encode_jpeg(int width, int height, int components, const Bytes& pix
   jpeg.in_color_space = components == 3 ? JCS_RGB : JCS_GRAYSCALE;
   jpeg_set_defaults(&jpeg);
   jpeg_set_quality(&jpeg, quality, TRUE);
+  jpeg.comp_info[0].h_samp_factor = components == 3 ? layout.across : 1;
+  jpeg.comp_info[0].v_samp_factor = components == 3 ? layout.down : 1;
+  jpeg.restart_interval = static_cast<unsigned>(layout.restart);
   jpeg_start_compress(&jpeg, TRUE);
   const std::size_t row_bytes = static_cast<std::size_t>(width) * static_cast<std::size_t>(components);
   Bytes row(row_bytes);
@@ -92,6 +101,21 @@ inline Bytes encode_jpeg(int width, int height, int components, const Bytes& pix
   Bytes out(memory, memory + size);
   jpeg_destroy_compress(&jpeg);
   std::free(memory);
+  return out;
+}
+
+// As MJPEG cameras send it: the segments that hold the standard Huffman tables (0xC4) left out.
+inline Bytes without_huffman_tables(const Bytes& jpeg) {
+  Bytes out(jpeg.begin(), jpeg.begin() + 2);
+  std::size_t at = 2;
+  while (jpeg[at + 1] != 0xDA) {  // up to the start of the scan
+    const std::size_t size = 2 + (std::size_t{jpeg[at + 2]} << 8 | jpeg[at + 3]);
+    if (jpeg[at + 1] != 0xC4)
+      out.insert(out.end(), jpeg.begin() + static_cast<std::ptrdiff_t>(at),
+                 jpeg.begin() + static_cast<std::ptrdiff_t>(at + size));
+    at += size;
+  }
+  out.insert(out.end(), jpeg.begin() + static_cast<std::ptrdiff_t>(at), jpeg.end());
   return out;
 }
 

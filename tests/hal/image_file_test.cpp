@@ -125,24 +125,9 @@ TEST(ImageFile, GreyJpegIsExpanded) {
   EXPECT_EQ(decoded, Bytes(3 * kPixels, 99));
 }
 
-// As MJPEG cameras send it: the segments that hold the standard Huffman tables (0xC4) left out.
-Bytes without_huffman_tables(const Bytes& jpeg) {
-  Bytes out(jpeg.begin(), jpeg.begin() + 2);
-  std::size_t at = 2;
-  while (jpeg[at + 1] != 0xDA) {  // up to the start of the scan
-    const std::size_t size = 2 + (std::size_t{jpeg[at + 2]} << 8 | jpeg[at + 3]);
-    if (jpeg[at + 1] != 0xC4)
-      out.insert(out.end(), jpeg.begin() + static_cast<std::ptrdiff_t>(at),
-                 jpeg.begin() + static_cast<std::ptrdiff_t>(at + size));
-    at += size;
-  }
-  out.insert(out.end(), jpeg.begin() + static_cast<std::ptrdiff_t>(at), jpeg.end());
-  return out;
-}
-
 TEST(ImageFile, MotionJpegHasTheStandardTables) {
   const Bytes jpeg = test::encode_jpeg(40, 30, 3, test::picture(40, 30, 5));
-  Bytes motion = without_huffman_tables(jpeg);
+  Bytes motion = test::without_huffman_tables(jpeg);
   ASSERT_LT(motion.size(), jpeg.size() - 300);
   EXPECT_EQ(color_of(motion), color_of(jpeg));
   motion.insert(motion.end(), 500, 0);  // cameras fill their buffers up

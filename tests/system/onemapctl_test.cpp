@@ -31,7 +31,7 @@ TEST(Onemapctl, ShowsPeopleAndProgramsWhatTheDaemonKnows) {
                                                           {"peers", "this robot is alone"},
                                                           {"map", "digest"},
                                                           {"pose", "tracked"},
-                                                          {"cameras", "640 x 480"},
+                                                          {"cameras", "\non this machine:\n"},
                                                           {"doctor", "ok   camera"},
                                                           {"consensus", "nobody to agree"},
                                                           {"metrics", "onemap_frames"}};

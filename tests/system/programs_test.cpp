@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "comms/udp/udp_port.hpp"
+#include "hal/imaging/encode_image.hpp"
 #include "hal/imaging/rig_calibration.hpp"
 #include "support/program.hpp"
 
@@ -216,6 +217,29 @@ TEST(Programs, OnemapctlCalibrateWritesACalibrationOfARecording) {
   EXPECT_EQ(few.status, 1);
   EXPECT_THAT(few.text, HasSubstr("3 images are too few"));
   EXPECT_EQ(run(folder, "onemapctl", {"calibrate"}).status, 2);
+}
+
+// Of Femto Mega and Gemini 2: whatever was recorded, one of their lenses has images of another shape.
+TEST(Programs, OnemapctlCalibrateSaysWhyACameraOfTwoShapesCannotBeCalibrated) {
+  const TempFolder folder;
+  const std::string recording = folder / "recording";
+  for (const char* list : {"rgb", "depth"}) {
+    folder.write(std::string("recording/") + list + ".txt", std::string("0.1 ") + list + ".png\n");
+    const hal::imaging::ImageSize size{96, 54};
+    std::vector<std::uint8_t> file;
+    if (*list == 'r')
+      ASSERT_TRUE(hal::imaging::encode_colour(size, std::vector<std::uint8_t>(3 * size.pixels(), 7), file));
+    else
+      ASSERT_TRUE(hal::imaging::encode_depth(size, std::vector<std::uint16_t>(size.pixels(), 7), file));
+    folder.write(std::string("recording/") + list + ".png", std::string(file.begin(), file.end()));
+  }
+  folder.write("recording/calibration.txt", "fx 60\nfy 60\ncx 47.5\ncy 26.5\ndepth_scale 1000\n");
+  const std::string nominal =
+      std::string(ONEMAP_SOURCE_DIR) + "/hal/backends/v4l2/calibration/2bc5-0670-orbbec-gemini2.txt";
+  const Ran ran = run(folder, "onemapctl", {"calibrate", recording, "--from", nominal});
+  EXPECT_EQ(ran.status, 1);
+  EXPECT_THAT(ran.text, testing::AllOf(HasSubstr("the calibration is for 640x400, and 96x54 has another shape"),
+                                       HasSubstr("whose depth images have another shape cannot be calibrated")));
 }
 
 TEST(Programs, AFullStandardOutputIsAFailure) {

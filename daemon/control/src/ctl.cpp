@@ -13,6 +13,7 @@
 #include "control/client.hpp"
 #include "control/doctor.hpp"
 #include "control/doctor_alone.hpp"
+#include "control/found_cameras.hpp"
 #include "control/socket_place.hpp"
 #include "control/team_commands.hpp"
 #include "control/words.hpp"
@@ -38,7 +39,7 @@ constexpr const char* kFooter =
     "  0  done\n"
     "  1  the daemon refused or could not, and the message says why; doctor: something is wrong\n"
     "  2  bad command line; nobody was asked\n"
-    "  3  no daemon answers; doctor then looks at what can be seen without one\n";
+    "  3  no daemon answers; doctor and cameras then say what can be seen without one\n";
 
 struct Options {
   std::string socket;
@@ -130,6 +131,25 @@ int doctor_alone(const Options& options, const Error& why) {
   return complain(CtlExit::no_daemon, why.text());
 }
 
+// The answer, which has the robot's own camera when a daemon gave one, with those that this machine has.
+int show_cameras(const Options& options, Json answer) {
+  const auto found = found_cameras(this_machine());
+  if (found) answer.update(*found);
+  if (!found) answer["not_found_because"] = found.error().text();
+  const bool shown = show(options.json ? line_of(answer) : cameras_words(answer));
+  return shown ? 0 : complain(CtlExit::refused, "standard output cannot be written to");
+}
+
+int cameras(Ctl& ctl) {
+  auto answer = ctl.client.ask({{"class", "CAMERAS"}}, ctl.patience());
+  return answer ? show_cameras(ctl.options, std::move(*answer)) : fail(answer.error());
+}
+
+int cameras_alone(const Options& options, const Error& why) {
+  show_cameras(options, {{"class", "CAMERAS"}});
+  return complain(CtlExit::no_daemon, why.text());
+}
+
 using Run = std::function<int(Ctl&)>;
 using RunAlone = std::function<int(const Options&)>;  // without a daemon
 
@@ -203,7 +223,11 @@ void CommandLine::declare_reading() {
       ->add_option("classes", options.classes, "of POSE, EVENT, PEERS, STATUS; none: all")
       ->type_name("CLASS");
   plain("metrics", "counters and gauges as Prometheus text", "METRICS", metrics_words);
-  plain("cameras", "what the robot sees with", "CAMERAS", cameras_words);
+  app.add_subcommand("cameras", "what the robot sees with, and what else is there; also when no daemon answers")
+      ->callback([this] {
+        run = cameras;
+        run_without_daemon = cameras_alone;
+      });
   app.add_subcommand("doctor", "what is wrong, and what to do; also when no daemon answers")->callback([this] {
     run = doctor;
     run_without_daemon = doctor_alone;

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <utility>
 
+#include "control/found_cameras.hpp"
 #include "control/key_file.hpp"
 
 namespace onemap::control {
@@ -154,6 +155,16 @@ void look_at_nodes(const Machine& machine, std::vector<Json>& findings) {
     findings.push_back(good("camera", fmt::format("{} can be opened", fmt::join(usable, ", "))));
 }
 
+// Cameras that work and do less than they could.
+void look_at_limits(const Machine& machine, std::vector<Json>& findings) {
+  const auto found = found_cameras(machine);
+  if (!found) return;
+  for (const Json& camera : found->at("found"))
+    if (const std::string limits = camera.value("limits", ""); !limits.empty())
+      findings.push_back(
+          bad("camera", camera.value("address", "") + " " + limits, "plug it into a port that is as fast as it is"));
+}
+
 bool needs_hardware(const std::string& camera) {
   return !camera.starts_with("replay:") && !camera.starts_with("simulated:");
 }
@@ -176,7 +187,10 @@ std::vector<Json> findings_without_daemon(const Error& why, const Machine& machi
     findings.push_back(look_at_folder(machine, out));
     look_at_secrets(machine, value_of(dump->text, "key_file"), out, findings);
   }
-  if (out.empty() || needs_hardware(value_of(dump->text, "camera"))) look_at_nodes(machine, findings);
+  if (out.empty() || needs_hardware(value_of(dump->text, "camera"))) {
+    look_at_nodes(machine, findings);
+    look_at_limits(machine, findings);
+  }
   return findings;
 }
 

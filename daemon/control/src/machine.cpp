@@ -17,7 +17,8 @@ namespace onemap::control {
 namespace {
 constexpr const char* kUser = "onemap";
 constexpr const char* kState = "/var/lib/onemap";
-constexpr int kNotFound = 127;  // a shell's
+constexpr int kNotFound = 127;                         // a shell's
+constexpr const char* kPatience = "timeout -k 1 20 ";  // a driver may hang
 
 std::string quoted(const std::string& word) {
   std::string out = "'";
@@ -26,12 +27,13 @@ std::string quoted(const std::string& word) {
 }
 
 // The one beside this program, else that of PATH.
-std::optional<Told> ask_onemapd(const std::string& option, const std::string& environment) {
+std::optional<Told> ask_onemapd(const std::string& options, const std::string& environment) {
   std::error_code error;
   const auto own = std::filesystem::read_symlink("/proc/self/exe", error);
   const std::string beside = (own.parent_path() / "onemapd").string();
   const std::string program = std::filesystem::exists(beside, error) ? beside : "onemapd";
-  std::FILE* const pipe = popen((environment + quoted(program) + " " + option + " 2>&1 </dev/null").c_str(), "re");
+  std::FILE* const pipe =
+      popen((environment + kPatience + quoted(program) + " " + options + " 2>&1 </dev/null").c_str(), "re");
   if (pipe == nullptr) return std::nullopt;
   Told told;
   std::array<char, 4096> some{};
@@ -52,8 +54,8 @@ std::vector<gid_t> groups_of(const passwd& user) {
 Machine of_service(const passwd& user) {
   Machine machine{"", user.pw_uid, groups_of(user), {}};
   if (const group* video = getgrnam("video")) machine.groups.push_back(video->gr_gid);
-  machine.onemapd = [](const std::string& option) {
-    return ask_onemapd(option, fmt::format("STATE_DIRECTORY={} ", kState));
+  machine.onemapd = [](const std::string& options) {
+    return ask_onemapd(options, fmt::format("STATE_DIRECTORY={} ", kState));
   };
   return machine;
 }
@@ -65,7 +67,7 @@ Machine this_machine() {
   const int many = getgroups(64, machine.groups.data());
   machine.groups.resize(static_cast<std::size_t>(std::max(many, 0)));
   machine.groups.push_back(getegid());
-  machine.onemapd = [](const std::string& option) { return ask_onemapd(option, ""); };
+  machine.onemapd = [](const std::string& options) { return ask_onemapd(options, ""); };
   return machine;
 }
 

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "control/found_cameras.hpp"
+
 namespace onemap::control {
 
 namespace {
@@ -94,9 +96,12 @@ std::string status_words(const Json& a) {
   out += line("camera", text(a, "camera") + (flag(a, "camera_away") ? " - GONE, waiting for it" : ""));
   out +=
       line("state", fmt::format("{}, {}", text(a, "state"), flag(pose, "tracking") ? "camera tracked" : "camera lost"));
-  out += line("frames", fmt::format("{} done, {} placed, {} dropped, {} bad; {:.1f} ms each (p99 {:.1f})",
-                                    text(a, "frames"), text(a, "tracked"), text(a, "frames_dropped"),
-                                    text(a, "frames_bad"), number(ms, "p50"), number(ms, "p99")));
+  out += line("frames",
+              fmt::format("{} done, {} placed, {} dropped, {} bad, {} missed; {:.1f} ms each (p99 {:.1f})",
+                          text(a, "frames"), text(a, "tracked"), text(a, "frames_dropped"), text(a, "frames_bad"),
+                          text(a, "frames_missed"), number(ms, "p50"), number(ms, "p99")));
+  if (number(a, "images_unmatched") > 0)
+    out += line("images", fmt::format("{} without a partner in time", text(a, "images_unmatched")));
   out += line("keyframes", text(a, "keyframes"));
   out += line("map", fmt::format("{}, {} of {} robots in it, {}", text(a, "map_digest"), text(a, "robots_in_map"),
                                  text(a, "robots_known"),
@@ -183,12 +188,15 @@ std::string cameras_words(const Json& a) {
     const Json& look = member(c, "look");
     out += line("camera", text(c, "address"));
     out += line("is", text(c, "description") + (flag(c, "away") ? " - GONE, waiting for it" : ""));
+    if (!text(c, "limits", "").empty()) out += line("limited", text(c, "limits"));
     out += line("images",
                 fmt::format("{} x {}, fx {:.2f} fy {:.2f} cx {:.2f} cy {:.2f}", text(c, "width"), text(c, "height"),
                             number(c, "fx"), number(c, "fy"), number(c, "cx"), number(c, "cy")));
     out += line("depth_scale", text(c, "depth_scale"));
-    out += line("frames", fmt::format("{} taken, {} bad, {} dropped, gone {} times", text(c, "frames"), text(c, "bad"),
-                                      text(c, "dropped"), text(c, "times_gone")));
+    out += line("frames", fmt::format("{} taken, {} bad, {} dropped, {} missed, {} images without a partner; gone {} "
+                                      "times",
+                                      text(c, "frames"), text(c, "bad"), text(c, "dropped"), text(c, "missed"),
+                                      text(c, "unmatched"), text(c, "times_gone")));
     if (look.is_object())
       out +=
           line("sees",
@@ -196,7 +204,10 @@ std::string cameras_words(const Json& a) {
                            100 * number(look, "valid"), number(look, "near_m"), number(look, "far_m"),
                            number(look, "median_m"), 100 * number(look, "brightness")));
   }
-  return out + "\nonemapd --cameras lists the cameras of this machine.\n";
+  if (!out.empty()) out += "\n";
+  out += "on this machine:\n";
+  if (member(a, "found").is_array()) return out + found_cameras_words(a);
+  return out + "cannot be told: " + text(a, "not_found_because") + "\n";
 }
 
 std::string findings_words(const Json& findings) {

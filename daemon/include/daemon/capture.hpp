@@ -22,6 +22,8 @@ struct CaptureCounters {
   // Frames that showed the same pixels as the one before, only black, only white, no depth (FrameCheck); and frames
   // that were not after the one before (FrameTimes).
   std::uint64_t frozen = 0, black = 0, saturated = 0, no_depth = 0, time_back = 0;
+  // As the camera counts them (hal::CameraCounters): images without a partner in time, frames that nobody fetched.
+  std::uint64_t unmatched = 0, missed = 0;
 };
 
 // The capture thread: camera -> frame of the pool -> queue. At `max` it waits for the pipeline, so that every frame is
@@ -46,6 +48,7 @@ class Capture {
 
  private:
   void run();
+  void read_counters();       // the camera's: only its thread may
   void tell(hal::Grab grab);  // what became of the camera, once each time that it changes
   bool deliver(hal::Frame frame);
   bool usable(hal::Frame& frame);  // of a frame that came, whether it goes on from here
@@ -60,6 +63,7 @@ class Capture {
   BlockingQueue<hal::Frame> queue_;
   const bool live_;  // has its own pace
   std::atomic<std::uint64_t> grabbed_ = 0, bad_ = 0, gone_ = 0, time_back_ = 0;
+  std::atomic<std::uint64_t> unmatched_ = 0, missed_ = 0;
   std::array<std::atomic<std::uint64_t>, kFrameFaults> faults_{};
   FrameCheck check_;
   FrameTimes times_;

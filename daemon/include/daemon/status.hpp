@@ -16,6 +16,9 @@ struct DaemonStatus {
   std::uint64_t frames = 0;           // done
   std::uint64_t frames_expected = 0;  // of the stream; 0: unknown
   std::uint64_t tracked = 0, keyframes = 0;
+  // Frames that the camera gave and nobody saw: dropped to keep pace, unreadable, not fetched in time; and its images
+  // without a partner in time (CaptureCounters).
+  std::uint64_t frames_dropped = 0, frames_bad = 0, frames_missed = 0, images_unmatched = 0;
   std::uint64_t blocks_refused = 0;   // of the local map, for want of room
   std::uint64_t map_digest = 0;       // of the global map; 0: none yet
   std::uint64_t frontier_digest = 0;  // of the records held

@@ -30,6 +30,8 @@ void look_at_camera(const RobotFacts& facts, Findings& found) {
   if (facts.capture.grabbed == 0)
     return found.bad("camera", "no frame came yet from " + what, "is another program using it?");
   found.good("camera", fmt::format("{}, {} frames", what, facts.capture.grabbed));
+  if (!facts.camera.limits.empty())
+    found.bad("camera", "the camera " + printable(facts.camera.limits), "plug it into a port that is as fast as it is");
   if (facts.capture.bad * 20 > facts.capture.grabbed)
     found.bad("camera", fmt::format("{} frames could not be read", facts.capture.bad),
               "look at the log, the cable, the USB port");
@@ -52,6 +54,10 @@ void look_at_faults(const RobotFacts& facts, Findings& found) {
   many(c.saturated, "were white", "is the exposure fixed?");
   many(c.no_depth, "had no depth", "is the emitter covered, or does the sun shine in?");
   many(c.time_back, "came with a time that went back", "the camera's or the recording's stamps are wrong");
+  if (!facts.camera.live) return;  // a recording lacks what it lacks
+  many(c.missed, "were taken by the camera and not fetched in time", "other programs take the processor");
+  many(c.unmatched, "lacked colour or depth of the same time",
+       "do both have the same frame rate? A long exposure slows colour down, a narrow USB port either");
 }
 
 void look_at_depth(const RobotFacts& facts, Findings& found) {

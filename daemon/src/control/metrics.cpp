@@ -50,8 +50,11 @@ void add_frames(const RobotFacts& f, PrometheusText& out) {
   out.sample({{"outcome", "grabbed"}}, count(f.capture.grabbed));
   out.sample({{"outcome", "bad"}}, count(f.capture.bad));
   out.sample({{"outcome", "dropped"}}, count(f.capture.dropped));
+  out.sample({{"outcome", "missed"}}, count(f.capture.missed));
   out.sample({{"outcome", "processed"}}, count(f.status.frames));
   out.sample({{"outcome", "placed"}}, count(f.status.tracked));
+  out.one("onemap_images_unmatched_total", Type::counter, "Colour or depth images without a partner in time.",
+          count(f.capture.unmatched));
   out.family("onemap_frames_faulty_total", Type::counter, "Frames that no camera should deliver, by what is wrong.");
   out.sample({{"fault", "frozen"}}, count(f.capture.frozen));
   out.sample({{"fault", "black"}}, count(f.capture.black));

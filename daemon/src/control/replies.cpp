@@ -105,8 +105,6 @@ Json status_json(const RobotFacts& facts) {
   object.update(Json::parse(to_json(facts.status)));
   object["camera"] = printable(facts.camera.description);
   object["camera_away"] = facts.camera.away;
-  object["frames_dropped"] = facts.capture.dropped;
-  object["frames_bad"] = facts.capture.bad;
   object["ms_per_frame"] = {{"p50", facts.pipeline.costs.frame.quantiles.p50_ms},
                             {"p95", facts.pipeline.costs.frame.quantiles.p95_ms},
                             {"p99", facts.pipeline.costs.frame.quantiles.p99_ms}};
@@ -173,6 +171,7 @@ Json cameras_json(const RobotFacts& facts) {
   const hal::Intrinsics& k = facts.camera.intrinsics;
   Json camera{{"address", printable(facts.camera.address)},
               {"description", printable(facts.camera.description)},
+              {"limits", printable(facts.camera.limits)},
               {"live", facts.camera.live},
               {"away", facts.camera.away},
               {"ended", facts.camera.ended},
@@ -187,6 +186,8 @@ Json cameras_json(const RobotFacts& facts) {
               {"frames", facts.capture.grabbed},
               {"bad", facts.capture.bad},
               {"dropped", facts.capture.dropped},
+              {"missed", facts.capture.missed},
+              {"unmatched", facts.capture.unmatched},
               {"times_gone", facts.capture.gone}};
   if (const auto& look = facts.pipeline.look)
     camera["look"] = {{"valid", look->valid}, {"near_m", look->near_m}, {"median_m", look->median_m},

@@ -31,6 +31,7 @@ struct CameraInfo {
   std::string description;  // for people: model, serial number, bus
   std::string abilities;    // for people: formats, sizes, frame rates
   std::string problem;      // why it cannot be used; empty when it can
+  std::string limits{};     // why it does less here than it could (DepthCamera::limits); empty when it does not
   bool operator==(const CameraInfo&) const = default;
 };
 
@@ -50,12 +51,15 @@ struct Backend {
 Status check_address(std::span<const Backend> table, std::string_view address);
 
 // Finds the address's backend in the table and opens the camera; an unknown backend's error lists the known ones.
-// `auto` is the first usable camera that the table's backends list, in the table's order; the error names every camera
-// that cannot be used and why.
+// `auto` is best_of() the cameras that the table's backends list; its error names every camera and why it cannot be
+// used.
 Result<std::unique_ptr<DepthCamera>> open_camera(std::span<const Backend> table, std::string_view address,
                                                  Duration clock_offset = {});
 
 // Every camera that the table's backends find on this machine, in the table's order.
 std::vector<CameraInfo> list_cameras(std::span<const Backend> table);
+
+// The first that can be used and does all that it can, else the first that can be used; null: none can.
+const CameraInfo* best_of(std::span<const CameraInfo> cameras);
 
 }  // namespace onemap::hal

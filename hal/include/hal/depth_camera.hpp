@@ -14,9 +14,9 @@ enum class Grab {
   frame,    // the frame was filled
   bad,      // this frame could not be read: last_error() says where and why; the next one may be good
   timeout,  // nothing within the given time, and nothing known to be wrong
-  gone,     // the device is not there and may come back: last_error() says why. Keep calling: each call looks for it,
-            // and waits for it up to the timeout
-  end,      // the stream is over for good (a recording's last frame)
+  gone,  // the device is not there, or has been silent for so long (hal/stall.hpp) that it is opened anew, and may come
+         // back: last_error() says why. Keep calling: each call looks for it, and waits for it up to the timeout
+  end,   // the stream is over for good (a recording's last frame)
 };
 
 struct CameraCounters {
@@ -42,6 +42,8 @@ class DepthCamera {
   // Frames still to come, for progress bars; 0 when unknown (a live camera).
   virtual std::uint64_t frames_expected() const = 0;
   virtual std::string description() const = 0;  // for people: backend, place, resolution
+  // For people: why it does less here than it could, a USB 3 camera on a USB 2 port; empty: it does not.
+  virtual std::string limits() const { return {}; }
 };
 
 }  // namespace onemap::hal

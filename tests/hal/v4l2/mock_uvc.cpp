@@ -30,6 +30,8 @@ void check(GError* error) {
 
 }  // namespace
 
+std::vector<std::pair<std::uint32_t, std::uint32_t>> one_size() { return {{640, 480}}; }
+
 // One node: the driver's side of the V4L2 calls. All state is guarded by the device's mutex.
 class MockNode {
  public:
@@ -46,6 +48,8 @@ class MockNode {
   bool damage_next = false;
   unsigned long refused_request = 0;
   int refused_code = 0;
+  bool refuses_always = false;
+  bool hangs = false;
 
  private:
   std::uint32_t row_bytes() const { return mode_.width * 2; }
@@ -55,6 +59,7 @@ class MockNode {
   bool wants(std::uint32_t format, std::uint32_t width, std::uint32_t height) const;
   int set_format(v4l2_format& f);
   int enumerate_sizes(v4l2_frmsizeenum& s) const;
+  int enumerate_rates(v4l2_frmivalenum& v) const;
   int request_buffers(v4l2_requestbuffers& r);
   int take(v4l2_buffer& b);
   void produce();
@@ -160,6 +165,14 @@ int MockNode::enumerate_sizes(v4l2_frmsizeenum& s) const {
   return 0;
 }
 
+int MockNode::enumerate_rates(v4l2_frmivalenum& v) const {
+  if (config_.rates.empty()) return ENOTTY;
+  if (!wants(v.pixel_format, v.width, v.height) || v.index >= config_.rates.size()) return EINVAL;
+  v.type = V4L2_FRMIVAL_TYPE_DISCRETE;
+  v.discrete = {1, config_.rates[v.index]};
+  return 0;
+}
+
 int MockNode::request_buffers(v4l2_requestbuffers& r) {
   forget();
   r.count = buffers_ = std::min(r.count, config_.most_buffers);
@@ -176,12 +189,12 @@ int MockNode::request_buffers(v4l2_requestbuffers& r) {
 
 // All images that are due by now: into the oldest buffer that waits, or lost.
 void MockNode::produce() {
-  while (streaming_ && !device_.paused_ && next_us_ <= device_.now_us_) {
+  while (streaming_ && !hangs && !device_.paused_ && next_us_ <= device_.now_us_) {
     if (!queued_.empty()) {
       const std::uint32_t index = queued_.front();
       queued_.pop_front();
       config_.content(mode_, sequence_, memory_ + std::size_t{index} * slot_bytes(), stride());
-      std::uint32_t flags = V4L2_BUF_FLAG_DONE | V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
+      std::uint32_t flags = V4L2_BUF_FLAG_DONE | config_.clock;
       if (std::exchange(damage_next, false)) flags |= V4L2_BUF_FLAG_ERROR;
       done_.push_back({index, sequence_, flags, next_us_});
     }
@@ -212,7 +225,7 @@ int MockNode::take(v4l2_buffer& b) {
 int MockNode::call(unsigned long request, std::uint8_t* argument) {
   if (!device_.present_) return ENODEV;
   if (refused_request == request) {
-    refused_request = 0;
+    if (!refuses_always) refused_request = 0;
     return refused_code;
   }
   switch (request) {
@@ -221,7 +234,7 @@ int MockNode::call(unsigned long request, std::uint8_t* argument) {
       std::memset(&v, 0, sizeof v);
       std::strncpy(reinterpret_cast<char*>(v.driver), "uvcvideo", sizeof v.driver - 1);
       std::strncpy(reinterpret_cast<char*>(v.card), "Mock depth camera", sizeof v.card - 1);
-      v.device_caps = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
+      v.device_caps = (config_.captures ? V4L2_CAP_VIDEO_CAPTURE : V4L2_CAP_META_CAPTURE) | V4L2_CAP_STREAMING;
       v.capabilities = v.device_caps | V4L2_CAP_DEVICE_CAPS;
       return 0;
     }
@@ -233,6 +246,8 @@ int MockNode::call(unsigned long request, std::uint8_t* argument) {
     }
     case VIDIOC_ENUM_FRAMESIZES:
       return enumerate_sizes(*reinterpret_cast<v4l2_frmsizeenum*>(argument));
+    case VIDIOC_ENUM_FRAMEINTERVALS:
+      return enumerate_rates(*reinterpret_cast<v4l2_frmivalenum*>(argument));
     case VIDIOC_S_FMT:
       return streaming_ ? EBUSY : set_format(*reinterpret_cast<v4l2_format*>(argument));
     case VIDIOC_G_PARM:
@@ -264,6 +279,7 @@ int MockNode::call(unsigned long request, std::uint8_t* argument) {
       return take(*reinterpret_cast<v4l2_buffer*>(argument));
     case VIDIOC_STREAMON:
       streaming_ = true;
+      hangs = false;
       sequence_ = 0;
       next_us_ = device_.now_us_ + 1'000'000 / fps_ + config_.phase_us;
       return 0;
@@ -318,12 +334,18 @@ MockUvc::~MockUvc() {
   if (present_) unplug();
 }
 
+void MockUvc::on_bus(const std::string& speed, const std::string& version) {
+  speed_ = speed;
+  version_ = version;
+}
+
 void MockUvc::plug(int first_number) {
   const std::string usb = fmt::format("/devices/usb1/1-{}", port_);
   std::string text = fmt::format(
       "P: {}\nE: DEVTYPE=usb_device\nE: SUBSYSTEM=usb\nA: idVendor={}\\n\nA: idProduct={}\\n\nA: product={}\\n\n"
-      "A: serial=S{}\\n\nA: speed=480\\n\n\n",
-      usb, usb_id_.substr(0, 4), usb_id_.substr(5), product_, port_);
+      "A: serial=S{}\\n\nA: speed={}\\n\n{}\n",
+      usb, usb_id_.substr(0, 4), usb_id_.substr(5), product_, port_, speed_,
+      version_.empty() ? "" : "A: version=" + version_ + "\\n\n");
   for (int i = 0; i < 2; ++i)
     text += fmt::format(
         "P: {0}/1-{1}:1.{2}/video4linux/video{3}\nN: video{3}\nE: DEVNAME=/dev/video{3}\nE: SUBSYSTEM=video4linux\n"
@@ -380,6 +402,17 @@ void MockUvc::refuse(unsigned long request, int code) {
   colour_->refused_code = code;
 }
 
+void MockUvc::refuse_always(unsigned long request, int code) {
+  refuse(request, code);
+  const std::lock_guard lock(mutex_);
+  colour_->refuses_always = true;
+}
+
+void MockUvc::hang() {
+  const std::lock_guard lock(mutex_);
+  depth_->hangs = colour_->hangs = true;
+}
+
 std::uint64_t MockUvc::open_buffers() const {
   const std::lock_guard lock(mutex_);
   return depth_->queued();
@@ -388,6 +421,11 @@ std::uint64_t MockUvc::open_buffers() const {
 bool MockUvc::streaming() const {
   const std::lock_guard lock(mutex_);
   return depth_->streaming() && colour_->streaming();
+}
+
+bool MockUvc::streaming_colour() const {
+  const std::lock_guard lock(mutex_);
+  return colour_->streaming();
 }
 
 }  // namespace onemap::test

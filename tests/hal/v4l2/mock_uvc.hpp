@@ -23,14 +23,18 @@ struct MockMode {
   std::uint32_t format = 0;
   std::uint32_t width = 640, height = 480;
 };
+std::vector<std::pair<std::uint32_t, std::uint32_t>> one_size();  // 640x480
 struct MockNodeConfig {
-  std::vector<std::uint32_t> formats;                                      // the first is what it falls back to
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> sizes{{640, 480}};  // the first likewise
-  int fps = 30;                                                            // whatever is asked for, when fixed_rate
+  std::vector<std::uint32_t> formats;                                       // the first is what it falls back to
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> sizes = one_size();  // the first likewise
+  int fps = 30;                                                             // whatever is asked for, when fixed_rate
   bool fixed_rate = false;
-  std::uint32_t padding_bytes = 0;  // after each row
+  std::vector<std::uint32_t> rates;  // that it says it has, of every mode; empty: it does not say
+  std::uint32_t padding_bytes = 0;   // after each row
   std::uint32_t most_buffers = 32;
-  std::int64_t phase_us = 0;  // of its images, after the device's start
+  bool captures = true;                                     // else it is a metadata node
+  std::int64_t phase_us = 0;                                // of its images, after the device's start
+  std::uint32_t clock = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;  // that it says its stamps are of
   std::function<void(const MockMode& mode, std::uint32_t sequence, std::uint8_t* out, std::uint32_t stride)> content;
 };
 
@@ -57,16 +61,20 @@ class MockUvc {
   MockUvc(const MockUvc&) = delete;
   MockUvc& operator=(const MockUvc&) = delete;
 
+  void on_bus(const std::string& speed, const std::string& version);  // from the next plug() on; else "480", unknown
   void plug(int first_number);  // as /dev/video<first_number> and the next; numbers that were not used before
   void unplug();
   void pause(bool paused);
   void pass(std::int64_t microseconds);          // time goes by while nobody asks
   void damage_next();                            // the next colour image is marked so
   void refuse(unsigned long request, int code);  // the next such call on the colour node fails
+  void refuse_always(unsigned long request, int code);
+  void hang();  // the streams that run give nothing any more; those that are begun anew do
   std::string depth_path() const { return depth_path_; }
   std::string colour_path() const { return colour_path_; }
   std::uint64_t open_buffers() const;  // of the depth node, that the driver has now
   bool streaming() const;
+  bool streaming_colour() const;
 
  private:
   friend class MockNode;
@@ -74,6 +82,7 @@ class MockUvc {
   const MockTestbed& testbed_;
   const int port_;
   const std::string usb_id_, product_;
+  std::string speed_ = "480", version_;
   std::string depth_path_, colour_path_;
   mutable std::mutex mutex_;
   std::int64_t now_us_ = 1'000'000;

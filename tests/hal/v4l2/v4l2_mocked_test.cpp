@@ -1,10 +1,8 @@
-// The v4l2 backend on cameras that umockdev plays: the contract of all cameras, and what is V4L2's own. Run it under
-// umockdev-wrapper.
+// What is V4L2's own in the v4l2 backend, on cameras that umockdev plays. Run it under umockdev-wrapper.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
 
 #include "hal/backends/v4l2.hpp"
@@ -20,44 +18,9 @@ using test::colour_node;
 using test::depth_node;
 using test::kGrey;
 using test::kUyvy;
-using test::kYuyv;
-using test::Machine;
 using test::MockNodeConfig;
 using test::MockUvc;
 using testing::HasSubstr;
-
-class V4l2Rig {
- public:
-  static constexpr bool kLive = true;
-  V4l2Rig() {
-    if (!machine_.missing().empty()) return;
-    machine_.add(1, 0, depth_node(), colour_node());
-    machine_.add(2, 2, depth_node(500), colour_node());
-  }
-  std::string missing() const { return machine_.missing(); }
-  auto open(const std::string& address) const { return open_text(open_v4l2, address, 1'000'000s); }
-  std::string address() const { return "v4l2:/dev/video0?calibration=" + machine_.file("registered.txt"); }
-  std::string other() const { return "v4l2:/dev/video2?calibration=" + machine_.file("registered.txt"); }
-  std::vector<std::pair<std::string, std::string>> wrong_addresses() const {
-    return {{"v4l2:/dev/video9", "/dev/video9: cannot be opened: No such file"},
-            {"v4l2:video0", "expected v4l2: or v4l2:/dev/videoN"},
-            {"v4l2:?speed=1", "unknown option 'speed'"},
-            {"v4l2:?size=640", "expected WIDTHxHEIGHT"},
-            {"v4l2:?fps=0", "from 1 to 120"},
-            {"v4l2:/dev/video1", "no depth format (Z16, Y16); it has YUYV"},
-            {"v4l2:?calibration=/nowhere.txt", "/nowhere.txt: cannot read"},
-            {address() + "&color=/dev/video2", "no colour format (YUYV, UYVY, MJPG, GREY); it has Z16"}};
-  }
-  void unplug() { machine_.camera(0).unplug(); }
-  void plug() { machine_.camera(0).plug(number_ += 2); }  // under other numbers, as the kernel does
-  void pause() { machine_.camera(0).pause(true); }
-  void resume() { machine_.camera(0).pause(false); }
-
- private:
-  Machine machine_;
-  int number_ = 4;
-};
-INSTANTIATE_TYPED_TEST_SUITE_P(V4l2, CameraContract, V4l2Rig);
 
 class V4l2 : public testing::Test {
  protected:
@@ -79,7 +42,8 @@ class V4l2 : public testing::Test {
     const auto camera = open_text(open_v4l2, text);
     return camera ? "" : camera.error().text();
   }
-  Machine machine_;
+  test::Machine machine_;
+  int number_ = -2;
 };
 
 TEST_F(V4l2, DepthStaysInTheDriversMemoryWhenTheDeviceRegistersIt) {
@@ -260,6 +224,116 @@ TEST_F(V4l2, AnErrorOfTheStreamReopensIt) {
   EXPECT_EQ(camera->grab(frame, 10s), Grab::frame) << camera->last_error().text();
 }
 
+// A device that is there, and silent: nobody says that anything is wrong.
+TEST_F(V4l2, AStreamThatGivesNothingIsOpenedAnew) {
+  MockUvc& mock = machine_.add(1, 0, depth_node(), colour_node());
+  const auto camera = open(address());
+  ASSERT_TRUE(camera);
+  FramePool pool(camera->intrinsics(), 1);
+  Frame frame = pool.acquire();
+  ASSERT_EQ(camera->grab(frame, 10s), Grab::frame);
+  const FrameTime before = frame.colour_time;
+  mock.hang();
+  for (int i = 0; i < 49; ++i) ASSERT_EQ(camera->grab(frame, 100ms), Grab::timeout) << i;
+  ASSERT_EQ(camera->grab(frame, 100ms), Grab::gone);
+  EXPECT_THAT(camera->last_error().text(),
+              HasSubstr("/dev/video0: gave nothing for 5 s though it is still connected; it is opened again"));
+  EXPECT_FALSE(mock.streaming());
+  ASSERT_EQ(camera->grab(frame, 10s), Grab::frame) << camera->last_error().text();
+  EXPECT_GT(frame.colour_time, before);
+}
+
+// Waits that end with a frame do not add up.
+TEST_F(V4l2, ASlowStreamIsNotOpenedAnew) {
+  MockUvc& mock = machine_.add(1, 0, depth_node(), colour_node());
+  const auto camera = open(address());
+  ASSERT_TRUE(camera);
+  FramePool pool(camera->intrinsics(), 1);
+  Frame frame = pool.acquire();
+  for (int round = 0; round < 2; ++round) {
+    mock.pause(true);
+    Grab grab = camera->grab(frame, 20ms);
+    while (grab == Grab::frame) grab = camera->grab(frame, 20ms);
+    for (int i = 0; i < 18; ++i) ASSERT_EQ(camera->grab(frame, 150ms), Grab::timeout) << round;
+    mock.pause(false);
+    ASSERT_EQ(camera->grab(frame, 10s), Grab::frame);
+  }
+}
+
+TEST_F(V4l2, ABusWithoutRoomSaysSo) {
+  MockUvc& camera = machine_.add(1, 0, depth_node(), colour_node());
+  camera.refuse(VIDIOC_STREAMON, ENOSPC);
+  EXPECT_THAT(open_error(address()), HasSubstr("the USB bus has no room: another port"));
+}
+
+TEST_F(V4l2, Y16IsDepthWhereTheNodeIsNamed) {
+  MockNodeConfig depth = depth_node();
+  depth.formats = {V4L2_PIX_FMT_Y16};
+  machine_.add(1, 0, depth, colour_node());
+  EXPECT_THAT(open_error(address()), HasSubstr("no depth camera among the 2 video nodes"));
+  const auto camera = open("v4l2:/dev/video0?calibration=" + machine_.file("registered.txt"));
+  ASSERT_TRUE(camera);
+  EXPECT_THAT(camera->description(), HasSubstr("depth /dev/video0 Y16 640x480"));
+  FramePool pool(camera->intrinsics(), 1);
+  Frame frame = pool.acquire();
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_EQ(camera->grab(frame, 10s), Grab::frame) << camera->last_error().text();
+    const auto depth_is = frame.view().depth;
+    EXPECT_EQ(depth_is[640 * 3 + 5], depth_is[0] + 5 + 6);
+    EXPECT_NEAR(depth_is[0], 1000, 5);
+  }
+}
+
+TEST_F(V4l2, ColourMayBeAnotherDevicesWhenItIsNamed) {
+  machine_.add(1, 0, depth_node(), colour_node({V4L2_PIX_FMT_SRGGB10}));
+  machine_.add(2, 2, colour_node({kGrey}), colour_node());
+  EXPECT_THAT(open_error("v4l2:/dev/video0?calibration=" + machine_.file("registered.txt")),
+              HasSubstr("no colour node on the same device; name it: ?color=/dev/videoM"));
+  const auto camera = open(address("registered.txt", "&color=/dev/video3"));
+  ASSERT_TRUE(camera);
+  EXPECT_THAT(camera->description(), HasSubstr("depth /dev/video0 Z16 640x480, colour /dev/video3 YUYV 640x480"));
+  FramePool pool(camera->intrinsics(), 1);
+  Frame frame = pool.acquire();
+  for (int i = 0; i < 5; ++i) {
+    ASSERT_EQ(camera->grab(frame, 10s), Grab::frame) << camera->last_error().text();
+    EXPECT_LE(std::chrono::abs(frame.depth_time - frame.colour_time), Duration(18ms));
+  }
+  EXPECT_TRUE(machine_.camera(1).streaming_colour());
+  machine_.camera(1).unplug();
+  Grab grab = Grab::frame;
+  for (int i = 0; i < 20 && grab != Grab::gone; ++i) grab = camera->grab(frame, 20ms);
+  EXPECT_EQ(grab, Grab::gone);
+  machine_.camera(1).plug(4);
+  machine_.camera(0).pass(1'000'000);  // as long as that took, for both
+  for (int i = 0; i < 20 && grab != Grab::frame; ++i) grab = camera->grab(frame, 20ms);
+  EXPECT_EQ(grab, Grab::frame) << camera->last_error().text();
+  EXPECT_THAT(camera->description(), HasSubstr("colour /dev/video5"));
+}
+
+// Stamps of a clock that nobody names cannot be compared with anything.
+TEST_F(V4l2, ImagesWhoseClockIsNotKnownAreBad) {
+  for (const auto& [clock, good] : {std::pair(V4L2_BUF_FLAG_TIMESTAMP_UNKNOWN, false),
+                                    {V4L2_BUF_FLAG_TIMESTAMP_COPY, true},
+                                    {V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC, true}}) {
+    for (const bool of_colour : {true, false}) {
+      MockNodeConfig depth = depth_node(), colour = colour_node();
+      (of_colour ? colour : depth).clock = static_cast<std::uint32_t>(clock);
+      const int number = number_ += 2;
+      MockUvc& mock = machine_.add(1, number, depth, colour);
+      const auto camera = open(address());
+      ASSERT_TRUE(camera);
+      FramePool pool(camera->intrinsics(), 1);
+      Frame frame = pool.acquire();
+      EXPECT_EQ(camera->grab(frame, 10s), good ? Grab::frame : Grab::bad);
+      if (!good) {
+        EXPECT_THAT(camera->last_error().text(), HasSubstr("does not say which clock its stamps are of"));
+        EXPECT_THAT(camera->last_error().place, HasSubstr(of_colour ? mock.colour_path() : mock.depth_path()));
+      }
+      mock.unplug();
+    }
+  }
+}
+
 TEST_F(V4l2, AnotherCameraAtTheSamePortIsNotTheOneThatLeft) {
   machine_.add(1, 0, depth_node(), colour_node());
   const auto camera = open(address());
@@ -273,30 +347,6 @@ TEST_F(V4l2, AnotherCameraAtTheSamePortIsNotTheOneThatLeft) {
   for (int i = 0; i < 20; ++i) grab = camera->grab(frame, 20ms);
   EXPECT_EQ(grab, Grab::gone);
   EXPECT_THAT(camera->last_error().text(), HasSubstr("another device, 8086:0ad3 S1, is plugged in"));
-}
-
-TEST_F(V4l2, ColourIsFoundOnTheSameDeviceAndGreyIsTheLastChoice) {
-  machine_.add(1, 0, depth_node(), colour_node({kGrey}));
-  machine_.add(2, 2, colour_node({kGrey}), colour_node());  // a webcam, not of this device
-  EXPECT_THAT(list_v4l2(), testing::ElementsAre(testing::Field(&CameraInfo::address, "v4l2:/dev/video0")));
-  EXPECT_THAT(list_v4l2()[0].abilities, HasSubstr("colour /dev/video1 GREY 640x480 320x240"));
-}
-
-TEST_F(V4l2, ListSaysWhatIsThereAndWhyOneCannotBeUsed) {
-  machine_.add(1, 0, depth_node(), colour_node(), "1234:5678");
-  machine_.add(2, 2, depth_node(), colour_node());
-  machine_.add(3, 4, depth_node(), depth_node());
-  const std::vector<CameraInfo> cameras = list_v4l2();
-  ASSERT_EQ(cameras.size(), 4u);
-  EXPECT_EQ(cameras[0].address, "v4l2:/dev/video2");
-  EXPECT_EQ(cameras[0].description, "Mock depth camera S2 (USB 8086:0b07)");
-  EXPECT_EQ(cameras[0].problem, "");
-  EXPECT_THAT(cameras[0].abilities,
-              testing::AllOf(HasSubstr("depth /dev/video2 Z16 640x480 320x240; colour /dev/video3 YUYV"),
-                             HasSubstr("USB 2 port"), HasSubstr("nominal for realsense-d435")));
-  EXPECT_EQ(cameras[1].address, "v4l2:/dev/video0");
-  EXPECT_THAT(cameras[1].problem, HasSubstr("no calibration is known for USB device 1234:5678"));
-  EXPECT_THAT(cameras[2].problem, HasSubstr("no colour node on the same device"));
 }
 
 TEST_F(V4l2, TheFirstUsableIsOpenedWithTheModelsCalibration) {

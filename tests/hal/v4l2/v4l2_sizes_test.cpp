@@ -64,6 +64,41 @@ INSTANTIATE_TEST_SUITE_P(Sizes, V4l2Sizes,
                          testing::Values(ImageSize{320, 240}, ImageSize{848, 480}, ImageSize{1280, 720}),
                          [](const auto& at) { return fmt::format("{}x{}", at.param.width, at.param.height); });
 
+// A RealSense of these sizes, by the calibration that is shipped for it.
+TEST(V4l2SizesShipped, ARealSenseOpensAtItsSizesWithoutAFile) {
+  for (const ImageSize size : {ImageSize{848, 480}, {1280, 720}}) {
+    test::Machine machine;
+    if (!machine.missing().empty()) GTEST_SKIP() << machine.missing();
+    MockNodeConfig depth = test::depth_node(), colour = test::colour_node();
+    depth.sizes = colour.sizes = {{640, 480}, mode_of(size)};
+    machine.add(1, 0, depth, colour);
+    const auto opened = open_text(open_v4l2, fmt::format("v4l2:?size={}x{}", size.width, size.height));
+    ASSERT_TRUE(opened.ok()) << opened.error().text();
+    EXPECT_THAT((*opened)->description(),
+                HasSubstr(fmt::format("nominal for realsense-d435-{0}x{1}", size.width, size.height)));
+    EXPECT_EQ(imaging::size_of((*opened)->intrinsics()), size);
+    FramePool pool((*opened)->intrinsics(), 1);
+    Frame frame = pool.acquire();
+    ASSERT_EQ((*opened)->grab(frame, 10s), Grab::frame) << (*opened)->last_error().text();
+    const auto filled = std::ranges::count_if(frame.view().depth, [](std::uint16_t z) { return z != 0; });
+    EXPECT_GT(static_cast<double>(filled), 0.8 * static_cast<double>(size.pixels()));
+  }
+}
+
+// onemapctl calibrate looks at images of one size, which these have not.
+TEST(V4l2SizesShipped, CamerasWhoseDepthHasAnotherShapeSayWhyTheyCannotBeCalibrated) {
+  for (const char* id : {"2bc5:0669", "2bc5:0670"}) {
+    test::Machine machine;
+    if (!machine.missing().empty()) GTEST_SKIP() << machine.missing();
+    machine.add(1, 0, test::depth_node(), test::colour_node(), id);
+    const auto opened = open_text(open_v4l2, "v4l2:?registration=none");
+    ASSERT_FALSE(opened.ok()) << id;
+    EXPECT_THAT(opened.error().text(), testing::AllOf(HasSubstr("onemapctl calibrate"),
+                                                      HasSubstr("has another shape than its colour, 640x360"),
+                                                      HasSubstr("cannot be calibrated")));
+  }
+}
+
 constexpr double kApart_m = 0.015, kDepthFocal_px = 420, kColourFocal_px = 900, kBox_m = 0.8, kWall_m = 1.5;
 
 // What a depth camera of 848x480 sees: a wall with a box before its middle.

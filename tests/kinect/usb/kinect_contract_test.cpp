@@ -22,8 +22,8 @@ class KinectRig {
     other_.plug();
   }
   std::string missing() const { return ""; }  // the main program sees whether umockdev is there
-  Result<std::unique_ptr<DepthCamera>> open(const std::string& text) {
-    auto camera = open_text(open_libusb, text);
+  Result<std::unique_ptr<DepthCamera>> open(const std::string& text, Duration clock_offset = {}) {
+    auto camera = open_text(open_libusb, text, clock_offset);
     if (!camera) return camera;
     test::VirtualKinect& device = text == other() ? other_ : one_;
     return std::unique_ptr<DepthCamera>(std::make_unique<test::OnDemand>(std::move(*camera), device));
@@ -49,6 +49,30 @@ class KinectRig {
   test::VirtualKinect other_{bus_, 2, film_of("simulated:office?seed=4&robot=2&frames=3"), "KINECT02"};
 };
 INSTANTIATE_TYPED_TEST_SUITE_P(Kinect, CameraContract, KinectRig);
+
+// A reset of USB that nobody is told of: the device is there, and its streams are silent.
+TEST(KinectStalls, AStreamThatGivesNothingIsOpenedAnew) {
+  using namespace std::chrono_literals;
+  KinectRig rig;
+  auto camera = rig.open(rig.address());
+  ASSERT_TRUE(camera.ok()) << camera.error().text();
+  FramePool pool((*camera)->intrinsics(), 1);
+  Frame frame = pool.acquire();
+  Grab grab = (*camera)->grab(frame, 20s);
+  ASSERT_EQ(grab, Grab::frame) << (*camera)->last_error().text();
+  const FrameTime before = frame.colour_time;
+  rig.pause();
+  grab = (*camera)->grab(frame, 100ms);
+  while (grab == Grab::frame) grab = (*camera)->grab(frame, 100ms);
+  for (int i = 0; i < 60 && grab == Grab::timeout; ++i) grab = (*camera)->grab(frame, 100ms);
+  ASSERT_EQ(grab, Grab::gone);
+  EXPECT_THAT((*camera)->last_error().text(),
+              testing::HasSubstr("KINECT01: gave nothing for 5 s though it is still connected; it is opened again"));
+  rig.resume();
+  for (int i = 0; i < 200 && grab != Grab::frame; ++i) grab = (*camera)->grab(frame, 100ms);
+  ASSERT_EQ(grab, Grab::frame) << (*camera)->last_error().text();
+  EXPECT_GT(frame.colour_time, before);
+}
 
 }  // namespace
 }  // namespace onemap::hal

@@ -29,9 +29,11 @@ class Bus {
  public:
   Bus() : testbed_(umockdev_testbed_new()) {}
   ~Bus() { g_object_unref(testbed_); }
-  void plug(int port, const std::string& speed) {
+  void plug(int port, const std::string& speed, unsigned char product = 0xae) {
+    auto descriptors = kDescriptors;
+    descriptors[10] = product;
     std::string hex;
-    for (const unsigned char byte : kDescriptors) {
+    for (const unsigned char byte : descriptors) {
       constexpr const char* kDigits = "0123456789ABCDEF";
       hex += {kDigits[byte >> 4], kDigits[byte & 15]};
     }
@@ -87,6 +89,26 @@ TEST(KinectBus, KinectsAreListedTheUsableFirstAndASlowPortIsTold) {
   EXPECT_THAT(cameras[0].description, HasSubstr("bus 1 device 2"));
   EXPECT_EQ(cameras[0].problem, "");
   EXPECT_THAT(cameras[1].problem, HasSubstr("12 Mbit/s"));
+}
+
+// 045e:02bf, and what of a Kinect is no camera: its audio, 045e:02bb and others.
+TEST(KinectBus, TheKinectForWindowsIsOneToo) {
+  Bus bus;
+  bus.plug(1, "480", 0xbb);
+  bus.plug(2, "480", 0xbf);
+  const auto cameras = list_libusb();
+  ASSERT_EQ(cameras.size(), 1u);
+  EXPECT_EQ(cameras[0].description, "Kinect for Windows v1, USB bus 1 device 3");
+  auto usb = Usb::open();
+  ASSERT_TRUE(usb.ok());
+  const auto arrives = [&](int port, unsigned char product) {
+    bus.plug(port, "480", product);
+    bool arrived = false;
+    handle_events(**usb, [&] { return (arrived = arrived || (*usb)->wait_for_arrival(1ms)) || product == 0xbb; });
+    return arrived;
+  };
+  EXPECT_FALSE(arrives(4, 0xbb));
+  EXPECT_TRUE(arrives(5, 0xbf));
 }
 
 TEST(KinectBus, ASlowPortIsRefused) {

@@ -73,6 +73,7 @@ class OnDemand final : public hal::DepthCamera {
   hal::DepthNoise depth_noise() const override { return camera_->depth_noise(); }
   std::uint64_t frames_expected() const override { return camera_->frames_expected(); }
   std::string description() const override { return camera_->description(); }
+  std::string limits() const override { return camera_->limits(); }
 
  private:
   std::unique_ptr<hal::DepthCamera> camera_;

@@ -18,6 +18,7 @@ struct CameraFacts {
   std::string address, description;
   bool live = false, away = false, ended = false;
   hal::Intrinsics intrinsics;
+  std::string limits;  // why it does less than it could; empty: it does not
 };
 
 // What the daemon's surroundings look like from inside it.

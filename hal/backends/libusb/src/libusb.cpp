@@ -28,7 +28,7 @@ std::vector<CameraInfo> list_libusb() {
   if (!usb) return {{"libusb:", "USB", "", usb.error().reason}};
   for (const libusb::Plugged& kinect : (*usb)->kinects())
     all.push_back({printable("libusb:" + kinect.serial),
-                   fmt::format("Kinect v1, USB bus {} device {}", kinect.bus, kinect.address),
+                   fmt::format("{}, USB bus {} device {}", kinect.model(), kinect.bus, kinect.address),
                    "640x480 at 30 Hz, depth registered to colour", kinect.problem});
   std::stable_partition(all.begin(), all.end(), [](const CameraInfo& camera) { return camera.problem.empty(); });
   return all;

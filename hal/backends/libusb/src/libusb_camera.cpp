@@ -55,6 +55,7 @@ Status LibusbCamera::connect(const std::string& serial) {
       return Error{fmt::format("camera libusb: (bus {} device {})", found->bus, found->address), found->problem};
     usb_->watch(found->bus, found->address);
     serial_ = found->serial;
+    model_ = found->model();
   }
   const auto index = found == all.end() ? 0 : static_cast<int>(found - all.begin());
   return freenect_->open(index, address_.lenses.registration);
@@ -75,7 +76,7 @@ Status LibusbCamera::prepare() {
     registration_ = std::make_unique<imaging::DepthRegistration>(depth, colour_, pose);
   }
   const std::string_view source = address_.lenses.calibration_source;
-  description_ = printable(fmt::format("Kinect v1 by libusb{}{}, 640x480, depth {}, calibration: {}",
+  description_ = printable(fmt::format("{} by libusb{}{}, 640x480, depth {}, calibration: {}", model_,
                                        serial_.empty() ? "" : ", serial number ", serial_, to_string(registration),
                                        source.empty() ? "nominal, 525 px" : source));
   return success();
@@ -101,14 +102,22 @@ Grab LibusbCamera::grab_connected(Frame& into, milliseconds timeout) {
       take(*image);
       continue;
     }
-    if (freenect_->lost()) return lose_device();
+    if (freenect_->lost()) return lose_device("was disconnected");
     left -= wait;
-    if (left <= left.zero()) return Grab::timeout;
+    if (left <= left.zero()) return stall_.waited(timeout) ? stalled() : Grab::timeout;
   }
 }
 
-Grab LibusbCamera::lose_device() {
-  error_ = Error{"camera libusb:" + serial_, "was disconnected"};
+// Nobody said that it left: the USB was reset, or its transfers died.
+Grab LibusbCamera::stalled() {
+  const bool listed = std::ranges::any_of(usb_->kinects(), [&](const Plugged& k) { return is_ours(k); });
+  return lose_device(
+      fmt::format("gave nothing for {} s{}", std::chrono::seconds(Stall::kAfter / milliseconds(1000)).count(),
+                  listed ? " though it is still connected; it is opened again" : ", and is not there any more"));
+}
+
+Grab LibusbCamera::lose_device(const std::string& why) {
+  error_ = Error{"camera libusb:" + serial_, why};
   counters_.unmatched += pairs_->unmatched();
   pairs_.emplace(kMaxApart, kWaiting);
   freenect_->close();
@@ -187,6 +196,7 @@ Grab LibusbCamera::deliver(const Outcome& pair, Frame& into) {
   into.index = indices_[pair.colour.buffer];
   into.colour_time = pair.colour.time;
   into.depth_time = pair.depth.time;
+  stall_.came();
   ++counters_.frames;
   return Grab::frame;
 }

@@ -12,6 +12,7 @@
 #include "hal/imaging/pair_by_time.hpp"
 #include "hal/imaging/raw_depth.hpp"
 #include "hal/imaging/register_depth.hpp"
+#include "hal/stall.hpp"
 #include "kinect.hpp"
 #include "usb.hpp"
 
@@ -42,7 +43,8 @@ class LibusbCamera final : public DepthCamera {
   bool reconnect();
   bool is_ours(const Plugged& kinect) const { return kinect.problem.empty() && kinect.serial == serial_; }
   void look_anew();
-  Grab lose_device();
+  Grab stalled();
+  Grab lose_device(const std::string& why);
   void take(const ImageRing::Image& image);
   bool next_pair(Outcome& pair);
   Grab deliver(const Outcome& pair, Frame& into);
@@ -53,6 +55,7 @@ class LibusbCamera final : public DepthCamera {
   std::unique_ptr<Usb> usb_;            // before what runs on it
   std::unique_ptr<Freenect> freenect_;  // not open: gone
   std::string serial_;                  // of the device that the camera began with; may be empty
+  std::string model_ = "Kinect v1";
   Intrinsics colour_;
   std::string description_;
   std::optional<imaging::PairByTime> pairs_;
@@ -63,6 +66,7 @@ class LibusbCamera final : public DepthCamera {
   std::vector<std::uint16_t> mm_;                             // of disparities that we register
   Ticks ticks_;
   DeviceClock clock_;
+  Stall stall_;
   std::chrono::milliseconds away_{}, looked_at_{};  // since it left; when the bus was last looked at anew
   std::uint64_t index_ = 0, next_number_ = 0;
   CameraCounters counters_;

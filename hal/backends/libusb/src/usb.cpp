@@ -6,13 +6,19 @@ namespace onemap::hal::libusb {
 
 namespace {
 
-constexpr int kMicrosoft = 0x045e, kKinectCamera = 0x02ae;
+constexpr int kMicrosoft = 0x045e, kKinectCamera = 0x02ae, kKinectForWindowsCamera = 0x02bf;
+
+// Those that libfreenect opens, for its numbers are those of the devices that we list.
+bool is_kinect(const libusb_device_descriptor& descriptor) {
+  return descriptor.idVendor == kMicrosoft &&
+         (descriptor.idProduct == kKinectCamera || descriptor.idProduct == kKinectForWindowsCamera);
+}
 
 int key_of(int bus, int address) { return bus * 256 + address; }
 
 Plugged describe(libusb_device* device, const libusb_device_descriptor& descriptor) {
-  Plugged out{libusb_get_bus_number(device), libusb_get_device_address(device), "",
-              speed_problem(libusb_get_device_speed(device))};
+  Plugged out{libusb_get_bus_number(device), libusb_get_device_address(device),
+              descriptor.idProduct == kKinectForWindowsCamera, "", speed_problem(libusb_get_device_speed(device))};
   libusb_device_handle* handle = nullptr;
   if (const int code = libusb_open(device, &handle); code != 0) {
     out.problem = std::string("cannot be opened: ") + libusb_strerror(static_cast<libusb_error>(code));
@@ -48,8 +54,8 @@ Result<std::unique_ptr<Usb>> Usb::open() {
   // Without it (a kernel without udev) departures still end the transfers, and arrivals are looked for.
   self->listens_ =
       libusb_has_capability(LIBUSB_CAP_HAS_HOTPLUG) != 0 &&
-      libusb_hotplug_register_callback(self->context_, events, 0, kMicrosoft, kKinectCamera, LIBUSB_HOTPLUG_MATCH_ANY,
-                                       on_hotplug, self.get(), &self->callback_) == 0;
+      libusb_hotplug_register_callback(self->context_, events, 0, kMicrosoft, LIBUSB_HOTPLUG_MATCH_ANY,
+                                       LIBUSB_HOTPLUG_MATCH_ANY, on_hotplug, self.get(), &self->callback_) == 0;
   return self;
 }
 
@@ -65,8 +71,7 @@ std::vector<Plugged> Usb::kinects() {
   for (ssize_t i = 0; i < count; ++i) {
     libusb_device_descriptor descriptor{};
     if (libusb_get_device_descriptor(devices[i], &descriptor) != 0) continue;
-    if (descriptor.idVendor == kMicrosoft && descriptor.idProduct == kKinectCamera)
-      out.push_back(describe(devices[i], descriptor));
+    if (is_kinect(descriptor)) out.push_back(describe(devices[i], descriptor));
   }
   if (count >= 0) libusb_free_device_list(devices, 1);
   return out;
@@ -90,6 +95,8 @@ int Usb::on_hotplug(libusb_context*, libusb_device* device, libusb_hotplug_event
     if (key_of(libusb_get_bus_number(device), libusb_get_device_address(device)) == usb.watched_) usb.left_ = true;
     return 0;
   }
+  libusb_device_descriptor descriptor{};
+  if (libusb_get_device_descriptor(device, &descriptor) != 0 || !is_kinect(descriptor)) return 0;
   const std::lock_guard lock(usb.mutex_);
   usb.arrived_ = true;
   usb.changed_.notify_all();

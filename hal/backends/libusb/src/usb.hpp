@@ -16,8 +16,10 @@ namespace onemap::hal::libusb {
 // A Kinect's camera on the bus.
 struct Plugged {
   int bus = 0, address = 0;
-  std::string serial;   // empty: it has none, or it cannot be read
-  std::string problem;  // why it cannot be used; empty when it can
+  bool for_windows = false;  // 045e:02bf, else the Xbox 360's 045e:02ae
+  std::string serial;        // empty: it has none, or it cannot be read
+  std::string problem;       // why it cannot be used; empty when it can
+  std::string model() const { return for_windows ? "Kinect for Windows v1" : "Kinect v1"; }
 };
 
 // Why a device of this speed cannot stream: Kinect's pictures need USB 2's high speed. Empty when it can, or when the

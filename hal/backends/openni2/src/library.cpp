@@ -1,6 +1,10 @@
 #include "library.hpp"
 
+#include <dlfcn.h>
+#include <link.h>
+
 #include <algorithm>
+#include <string_view>
 
 #include "hal/base/text.hpp"
 
@@ -11,6 +15,20 @@ namespace {
 std::mutex& loading() {
   static std::mutex mutex;
   return mutex;
+}
+
+int note_player(dl_phdr_info* object, std::size_t, void* into) {
+  const std::string_view path = object->dlpi_name;
+  if (path.find("libOniFile.so") != std::string_view::npos) *static_cast<std::string*>(into) = path;
+  return 0;
+}
+
+// The library's driver that plays files cancels its thread when a file is closed, and does not wait for it. Were it
+// unloaded then, the thread would unwind through code that is gone: it stays in memory for good.
+void keep_player_loaded() {
+  std::string player;
+  dl_iterate_phdr(note_player, &player);
+  if (!player.empty()) dlopen(player.c_str(), RTLD_LAZY | RTLD_NOLOAD | RTLD_NODELETE);
 }
 }  // namespace
 
@@ -25,6 +43,7 @@ Result<std::shared_ptr<Library>> Library::load() {
   const std::lock_guard lock(loading());
   if (openni::OpenNI::initialize() != openni::STATUS_OK)
     return library_error("OpenNI2", "the library cannot start (are its drivers installed?)");
+  keep_player_loaded();
   return std::shared_ptr<Library>(new Library);
 }
 

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <memory>
 #include <optional>
+#include <string_view>
 
 #include "hal/base/file.hpp"
 #include "models.hpp"
@@ -68,6 +70,64 @@ Result<FourCc> format_of(const NodePlace& place, bool depth, bool named) {
 
 }  // namespace
 
+namespace {
+
+using imaging::ImageSize;
+
+struct Shipped {
+  std::string_view name;
+  imaging::RigCalibration rig;
+};
+
+// The smallest images' first, which are the ones that are taken when no size is named.
+Result<std::vector<Shipped>> shipped_for(const NodePlace& place) {
+  std::vector<Shipped> all;
+  for (const Model* model : find_models(place.usb_id)) {
+    const auto rig = imaging::parse_rig_calibration(model->calibration, std::string(model->name));
+    if (!rig) return rig.error();
+    all.push_back({model->name, *rig});
+  }
+  if (all.empty())
+    return Error{place.path, "no calibration is known for " +
+                                 (place.usb_id.empty() ? "this device" : "USB device " + place.usb_id) +
+                                 "; give ?calibration=FILE"};
+  std::ranges::sort(all, {}, [](const Shipped& s) { return imaging::size_of(s.rig.colour).pixels(); });
+  return all;
+}
+
+// Of these the one whose lens has images of this shape.
+Result<const Shipped*> of_shape(const std::vector<Shipped>& all, ImageSize size, bool depth) {
+  std::string known;
+  for (const Shipped& one : all) {
+    const Intrinsics& lens = depth && one.rig.depth ? *one.rig.depth : one.rig.colour;
+    if (imaging::scaled_to(lens, size)) return &one;
+    known += fmt::format(" {}x{}", lens.width, lens.height);
+  }
+  return Error{std::string(all.front().name),
+               fmt::format("no nominal calibration for {} images of {}x{}; there are those of{} and of their shapes; "
+                           "give ?calibration=FILE",
+                           depth ? "depth" : "colour", size.width, size.height, known)};
+}
+
+// Of the sizes that are wanted: colour and depth may have theirs from two calibrations of one body.
+Result<imaging::RigCalibration> shipped_calibration(const NodePlace& place, const std::optional<ImageSize>& colour,
+                                                    const std::optional<ImageSize>& depth, std::string& source) {
+  const auto all = shipped_for(place);
+  if (!all) return all.error();
+  const auto one = colour ? of_shape(*all, *colour, false) : Result<const Shipped*>(&all->front());
+  if (!one) return one.error();
+  const auto other = depth ? of_shape(*all, *depth, true) : one;
+  if (!other) return other.error();
+  imaging::RigCalibration rig = (*one)->rig;
+  rig.depth = (*other)->rig.depth;
+  rig.noise = (*other)->rig.noise;
+  source = fmt::format("nominal for {}", (*one)->name);
+  if (*other != *one) source += fmt::format(", depth's for {}", (*other)->name);
+  return rig;
+}
+
+}  // namespace
+
 Result<Device> find_device(const V4l2Address& address) {
   const auto depth = find_depth(address);
   if (!depth) return depth.error();
@@ -103,6 +163,17 @@ Result<Device> find_again(const Device& device) {
   return found;
 }
 
+// A USB 3 device calls itself a 2.1 one on a USB 2 port, one that was made for USB 2 a 2.0.
+std::string limits_of(const NodePlace& node) {
+  if (node.speed != "480" && node.speed != "12" && node.speed != "1.5") return {};
+  const std::size_t digit = node.usb_version.find_first_not_of(' ');
+  if (node.speed == "480" && digit != std::string::npos && node.usb_version.substr(digit) < "2.10") return {};
+  return fmt::format(
+      "is on {} ({} Mbit/s), where it has fewer sizes and frame rates than on USB 3: another port or cable changes "
+      "that",
+      node.speed == "480" ? "USB 2" : "USB 1", node.speed);
+}
+
 Result<imaging::RigCalibration> calibration_of(const V4l2Address& address, const Device& device, std::string& source) {
   if (!address.calibration_file.empty()) {
     source = address.calibration_file;
@@ -110,14 +181,7 @@ Result<imaging::RigCalibration> calibration_of(const V4l2Address& address, const
     if (!text) return text.error();
     return imaging::parse_rig_calibration(*text, address.calibration_file);
   }
-  const Model* model = find_model(device.depth.usb_id);
-  if (!model)
-    return Error{device.depth.path,
-                 "no calibration is known for " +
-                     (device.depth.usb_id.empty() ? "this device" : "USB device " + device.depth.usb_id) +
-                     "; give ?calibration=FILE"};
-  source = fmt::format("nominal for {}", model->name);
-  return imaging::parse_rig_calibration(model->calibration, std::string(model->name));
+  return shipped_calibration(device.depth, address.size, address.depth_size, source);
 }
 
 }  // namespace onemap::hal::v4l2

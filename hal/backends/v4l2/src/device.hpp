@@ -23,6 +23,9 @@ Result<Device> find_device(const V4l2Address& address);
 // is an error, for its lenses are others.
 Result<Device> find_again(const Device& device);
 
+// Why the device does less at its port than it could, and what to do; empty: it does not. For people.
+std::string limits_of(const NodePlace& node);
+
 // The file that the address names, else the shipped nominal calibration of the model. source: for people.
 Result<imaging::RigCalibration> calibration_of(const V4l2Address& address, const Device& device, std::string& source);
 

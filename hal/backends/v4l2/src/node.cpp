@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <utility>
 
 #include "hal/base/text.hpp"
@@ -49,7 +50,7 @@ Result<Node> Node::open(const std::string& path) {
   if (const int code = control(fd, VIDIOC_QUERYCAP, &can))
     return Error{path, "no V4L2 device: " + std::string(std::strerror(code))};
   const std::uint32_t caps = can.capabilities & V4L2_CAP_DEVICE_CAPS ? can.device_caps : can.capabilities;
-  if (!(caps & V4L2_CAP_VIDEO_CAPTURE)) return Error{path, "does not capture video (a metadata node?)"};
+  if (!(caps & V4L2_CAP_VIDEO_CAPTURE)) return Error{path, std::string(kNoCapture)};
   if (!(caps & V4L2_CAP_STREAMING)) return Error{path, "cannot stream"};
   node.card_ = text_of(can.card);
   return node;
@@ -94,6 +95,37 @@ std::string Node::sizes(FourCc format) const {
     text += fmt::format("{}{}x{}", text.empty() ? "" : " ", size.discrete.width, size.discrete.height);
   }
   return text.empty() ? "sizes unknown" : text;
+}
+
+bool Node::has_size(FourCc format, imaging::ImageSize wanted) const {
+  const auto width = static_cast<__u32>(wanted.width), height = static_cast<__u32>(wanted.height);
+  for (std::uint32_t i = 0; i < kMostAnswers; ++i) {
+    v4l2_frmsizeenum size{};
+    size.index = i;
+    size.pixel_format = format;
+    if (control(fd_, VIDIOC_ENUM_FRAMESIZES, &size) != 0) return i == 0;
+    if (size.type != V4L2_FRMSIZE_TYPE_DISCRETE) return true;  // any within bounds: S_FMT says it then
+    if (size.discrete.width == width && size.discrete.height == height) return true;
+  }
+  return false;
+}
+
+std::vector<int> Node::rates(FourCc format, imaging::ImageSize size) const {
+  std::vector<int> rates;
+  for (std::uint32_t i = 0; i < kMostAnswers; ++i) {
+    v4l2_frmivalenum interval{};
+    interval.index = i;
+    interval.pixel_format = format;
+    interval.width = static_cast<__u32>(size.width);
+    interval.height = static_cast<__u32>(size.height);
+    if (control(fd_, VIDIOC_ENUM_FRAMEINTERVALS, &interval) != 0) break;
+    if (interval.type != V4L2_FRMIVAL_TYPE_DISCRETE) return {};
+    const v4l2_fract& one = interval.discrete;
+    if (one.numerator != 0 && one.denominator / one.numerator >= 1)
+      rates.push_back(static_cast<int>(std::lround(static_cast<double>(one.denominator) / one.numerator)));
+  }
+  std::ranges::sort(rates, std::greater{});
+  return rates;
 }
 
 Result<Node::Mode> Node::set_mode(FourCc format, imaging::ImageSize size, int fps) const {

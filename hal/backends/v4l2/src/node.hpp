@@ -2,6 +2,7 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats.hpp"
@@ -17,6 +18,8 @@ int control(int fd, unsigned long request, void* argument);
 class Node {
  public:
   static Result<Node> open(const std::string& path);
+  // The reason of open()'s error for what is no camera: metadata nodes, of which each camera has some, and outputs.
+  static constexpr std::string_view kNoCapture = "does not capture video (a metadata node?)";
   Node(Node&& other) noexcept;
   Node& operator=(Node&&) = delete;
   Node(const Node&) = delete;
@@ -27,6 +30,11 @@ class Node {
   std::vector<FourCc> formats() const;
   // For people: "640x480 848x480", or "any from .. to ..".
   std::string sizes(FourCc format) const;
+
+  // Whole frames a second of a mode, the most first; empty: the driver does not say.
+  std::vector<int> rates(FourCc format, imaging::ImageSize size) const;
+  // Whether the driver says that it has this size; true when it does not say its sizes.
+  bool has_size(FourCc format, imaging::ImageSize size) const;
 
   struct Mode {
     FourCc format = 0;

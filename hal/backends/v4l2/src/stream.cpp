@@ -21,7 +21,10 @@ v4l2_buffer described(std::uint32_t index) {
 }
 
 std::string reason(const char* what, int code) {
-  return std::string(what) + ": " + std::strerror(code) + (code == EBUSY ? " (another program uses it)" : "");
+  const char* hint = code == EBUSY    ? " (another program uses it)"
+                     : code == ENOSPC ? " (the USB bus has no room: another port, a smaller size or a lower frame rate)"
+                                      : "";
+  return std::string(what) + ": " + std::strerror(code) + hint;
 }
 
 // The stamp of a buffer is of the monotonic clock, or made by who feeds a loopback device.

@@ -58,6 +58,7 @@ NodePlace look_at(const std::string& name) {
   node.product = attribute(node.device, "product");
   node.serial = attribute(node.device, "serial");
   node.speed = attribute(node.device, "speed");
+  node.usb_version = attribute(node.device, "version");
   return node;
 }
 

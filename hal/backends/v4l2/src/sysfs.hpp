@@ -13,7 +13,8 @@ struct NodePlace {
   std::string name;       // as the driver calls it
   std::string usb_id;     // "8086:0b07"; empty when it is no USB device
   std::string product, serial;
-  std::string speed;  // of the bus in Mbit/s, as sysfs has it; empty when unknown
+  std::string speed;        // of the bus in Mbit/s, as sysfs has it; empty when unknown
+  std::string usb_version;  // the device's own, as it says on this bus ("2.10" of a USB 3 device on USB 2)
 
   bool same_socket(const NodePlace& other) const { return interface == other.interface && index == other.index; }
 };

@@ -59,6 +59,12 @@ Status V4l2Camera::choose_sizes() {
   const auto colour = scaled(rig_.colour, address_.size);
   if (!colour) return colour.error();
   colour_ = depth_ = *colour;
+  if (address_.as_it_comes && rig_.depth && !imaging::scaled_to(*rig_.depth, imaging::size_of(colour_)))
+    return Error{calibration_source_,
+                 fmt::format("registration=none is for onemapctl calibrate, which needs depth and colour images of one "
+                             "size; this camera's depth, {}x{}, has another shape than its colour, {}x{}: it cannot be "
+                             "calibrated so",
+                             rig_.depth->width, rig_.depth->height, colour_.width, colour_.height)};
   if (!rig_.depth || address_.as_it_comes) {
     if (address_.depth_size && *address_.depth_size != imaging::size_of(colour_))
       return Error{calibration_source_, "depth that is not registered here has colour's size, not another depth_size"};
@@ -100,6 +106,15 @@ Grab V4l2Camera::lose(Error why) {
   return Grab::gone;
 }
 
+// No driver said that anything is wrong: the device was reset, or it hangs.
+Grab V4l2Camera::stalled() {
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(Stall::kAfter).count();
+  const bool listed = find_again(device_).ok();
+  return lose({device_.depth.path, fmt::format("gave nothing for {} s{}", seconds,
+                                               listed ? " though it is still connected; it is opened again"
+                                                      : ", and is not there any more")});
+}
+
 bool V4l2Camera::come_back() {
   auto device = find_again(device_);
   Status status = device ? success() : Status(device.error());
@@ -127,7 +142,7 @@ Grab V4l2Camera::grab(Frame& into, std::chrono::milliseconds timeout) {
       if (looked == Looked::nothing) break;
       nothing = false;
     }
-    if (timer_.over()) return Grab::timeout;
+    if (timer_.over()) return stall_.waited(timeout) ? stalled() : Grab::timeout;
     if (nothing && woken == Woken::trouble) return lose(depth_stream_->lost("poll reports an error"));
     if (nothing && woken == Woken::image) poll(nullptr, 0, kNap_ms);  // said to be ready, and is not: not at full speed
   }
@@ -213,6 +228,7 @@ Grab V4l2Camera::deliver(const PairByTime::Outcome& pair, Frame& into) {
   }
   colour_stream_->give_back(pair.colour.buffer);
   if (!lent) depth_stream_->give_back(pair.depth.buffer);
+  stall_.came();
   if (!status) {
     ++counters_.bad;
     last_error_ = {place, status.error().reason};

@@ -7,6 +7,7 @@
 #include "device.hpp"
 #include "hal/depth_camera.hpp"
 #include "hal/imaging/pair_by_time.hpp"
+#include "hal/stall.hpp"
 #include "stream.hpp"
 #include "timer.hpp"
 
@@ -26,6 +27,7 @@ class V4l2Camera final : public DepthCamera {
   DepthNoise depth_noise() const override { return rig_.noise; }
   std::uint64_t frames_expected() const override { return 0; }
   std::string description() const override;
+  std::string limits() const override { return limits_of(device_.depth); }
 
  private:
   V4l2Camera(V4l2Address address, Device device, const imaging::RigCalibration& rig, std::string source, Timer timer);
@@ -33,6 +35,7 @@ class V4l2Camera final : public DepthCamera {
   Status start();  // both streams, from the nodes of device_
   bool come_back();
   Grab lose(Error why);
+  Grab stalled();
 
   // One look at both streams; nothing: neither had an image.
   enum class Looked { nothing, something, gone };
@@ -56,6 +59,7 @@ class V4l2Camera final : public DepthCamera {
   std::vector<Stream::Image> depth_images_, colour_images_;  // by buffer: what was taken and not given back
   std::optional<imaging::PairByTime> pairs_;
   CameraCounters counters_;
+  Stall stall_;
   std::uint64_t next_index_ = 0;
   Error last_error_;
 };

@@ -6,8 +6,8 @@
 
 namespace onemap::hal {
 
-// Kinect v1 (Xbox 360) by libusb and libfreenect, 640x480 at 30 Hz: `libusb:` the first, `libusb:SERIAL` this one (as
-// --cameras lists it). Tilt and LED are left alone.
+// Kinect v1 (of the Xbox 360, 045e:02ae, and for Windows, 045e:02bf) by libusb and libfreenect, 640x480 at 30 Hz:
+// `libusb:` the first, `libusb:SERIAL` this one (as --cameras lists it). Tilt and LED are left alone.
 //
 //   option        default        meaning
 //   registration  device, else   who moves depth into the colour image: device, by what the factory measured and the
@@ -18,7 +18,7 @@ namespace onemap::hal {
 //
 // The device's stamps count from its own start: times are its stamps plus the address's clock_offset. When it comes
 // back time goes on after what was waited for it. A Kinect that was pulled out is gone until the same, by its serial
-// number where it has one, is plugged in.
+// number where it has one, is plugged in. One that is there and has given nothing for five seconds is opened anew.
 Result<std::unique_ptr<DepthCamera>> open_libusb(const CameraAddress& address);
 
 // Its form and its options, before any device is looked for. The calibration file that it names is read.
