@@ -44,6 +44,22 @@ class V4l2 : public testing::Test {
   }
   test::Machine machine_;
   int number_ = -2;
+
+  // A camera that has given its first frame.
+  struct Streaming {
+    MockUvc* mock;
+    std::unique_ptr<DepthCamera> camera;
+    std::unique_ptr<FramePool> pool;
+    Frame frame;
+  };
+  Streaming stream() {
+    Streaming out{&machine_.add(1, 0, depth_node(), colour_node()), open(address()), {}, {}};
+    if (!out.camera) return out;
+    out.pool = std::make_unique<FramePool>(out.camera->intrinsics(), 1);
+    out.frame = out.pool->acquire();
+    EXPECT_EQ(out.camera->grab(out.frame, 10s), Grab::frame);
+    return out;
+  }
 };
 
 TEST_F(V4l2, DepthStaysInTheDriversMemoryWhenTheDeviceRegistersIt) {
@@ -185,62 +201,46 @@ TEST_F(V4l2, ABusyCameraSaysSo) {
 }
 
 TEST_F(V4l2, DamagedImagesAreBadAndTheNextIsGood) {
-  MockUvc& mock = machine_.add(1, 0, depth_node(), colour_node());
-  const auto camera = open(address());
-  ASSERT_TRUE(camera);
-  FramePool pool(camera->intrinsics(), 1);
-  Frame frame = pool.acquire();
-  ASSERT_EQ(camera->grab(frame, 10s), Grab::frame);
-  mock.damage_next();
-  ASSERT_EQ(camera->grab(frame, 10s), Grab::bad);
-  EXPECT_THAT(camera->last_error().text(), HasSubstr("/dev/video1: the driver marks the image as damaged"));
-  EXPECT_EQ(camera->grab(frame, 10s), Grab::frame);
-  EXPECT_EQ(camera->counters().bad, 1u);
+  Streaming s = stream();
+  ASSERT_TRUE(s.camera);
+  s.mock->damage_next();
+  ASSERT_EQ(s.camera->grab(s.frame, 10s), Grab::bad);
+  EXPECT_THAT(s.camera->last_error().text(), HasSubstr("/dev/video1: the driver marks the image as damaged"));
+  EXPECT_EQ(s.camera->grab(s.frame, 10s), Grab::frame);
+  EXPECT_EQ(s.camera->counters().bad, 1u);
 }
 
 TEST_F(V4l2, FramesThatNobodyFetchedAreCounted) {
-  MockUvc& mock = machine_.add(1, 0, depth_node(), colour_node());
-  const auto camera = open(address());
-  ASSERT_TRUE(camera);
-  FramePool pool(camera->intrinsics(), 1);
-  Frame frame = pool.acquire();
-  ASSERT_EQ(camera->grab(frame, 10s), Grab::frame);
-  mock.pass(2'000'000);
-  for (int i = 0; i < 30; ++i) ASSERT_NE(camera->grab(frame, 10s), Grab::gone);
-  EXPECT_GT(camera->counters().missed, 40u);
-  EXPECT_LT(camera->counters().missed, 62u);
+  Streaming s = stream();
+  ASSERT_TRUE(s.camera);
+  s.mock->pass(2'000'000);
+  for (int i = 0; i < 30; ++i) ASSERT_NE(s.camera->grab(s.frame, 10s), Grab::gone);
+  EXPECT_GT(s.camera->counters().missed, 40u);
+  EXPECT_LT(s.camera->counters().missed, 62u);
 }
 
 TEST_F(V4l2, AnErrorOfTheStreamReopensIt) {
-  MockUvc& mock = machine_.add(1, 0, depth_node(), colour_node());
-  const auto camera = open(address());
-  ASSERT_TRUE(camera);
-  FramePool pool(camera->intrinsics(), 1);
-  Frame frame = pool.acquire();
-  ASSERT_EQ(camera->grab(frame, 10s), Grab::frame);
-  mock.refuse(VIDIOC_DQBUF, EIO);
-  ASSERT_EQ(camera->grab(frame, 10s), Grab::gone);
-  EXPECT_THAT(camera->last_error().text(), HasSubstr("the stream broke: Input/output error"));
-  EXPECT_EQ(camera->grab(frame, 10s), Grab::frame) << camera->last_error().text();
+  Streaming s = stream();
+  ASSERT_TRUE(s.camera);
+  s.mock->refuse(VIDIOC_DQBUF, EIO);
+  ASSERT_EQ(s.camera->grab(s.frame, 10s), Grab::gone);
+  EXPECT_THAT(s.camera->last_error().text(), HasSubstr("the stream broke: Input/output error"));
+  EXPECT_EQ(s.camera->grab(s.frame, 10s), Grab::frame) << s.camera->last_error().text();
 }
 
 // A device that is there, and silent: nobody says that anything is wrong.
 TEST_F(V4l2, AStreamThatGivesNothingIsOpenedAnew) {
-  MockUvc& mock = machine_.add(1, 0, depth_node(), colour_node());
-  const auto camera = open(address());
-  ASSERT_TRUE(camera);
-  FramePool pool(camera->intrinsics(), 1);
-  Frame frame = pool.acquire();
-  ASSERT_EQ(camera->grab(frame, 10s), Grab::frame);
-  const FrameTime before = frame.colour_time;
-  mock.hang();
-  for (int i = 0; i < 49; ++i) ASSERT_EQ(camera->grab(frame, 100ms), Grab::timeout) << i;
-  ASSERT_EQ(camera->grab(frame, 100ms), Grab::gone);
-  EXPECT_THAT(camera->last_error().text(),
+  Streaming s = stream();
+  ASSERT_TRUE(s.camera);
+  const FrameTime before = s.frame.colour_time;
+  s.mock->hang();
+  for (int i = 0; i < 49; ++i) ASSERT_EQ(s.camera->grab(s.frame, 100ms), Grab::timeout) << i;
+  ASSERT_EQ(s.camera->grab(s.frame, 100ms), Grab::gone);
+  EXPECT_THAT(s.camera->last_error().text(),
               HasSubstr("/dev/video0: gave nothing for 5 s though it is still connected; it is opened again"));
-  EXPECT_FALSE(mock.streaming());
-  ASSERT_EQ(camera->grab(frame, 10s), Grab::frame) << camera->last_error().text();
-  EXPECT_GT(frame.colour_time, before);
+  EXPECT_FALSE(s.mock->streaming());
+  ASSERT_EQ(s.camera->grab(s.frame, 10s), Grab::frame) << s.camera->last_error().text();
+  EXPECT_GT(s.frame.colour_time, before);
 }
 
 // Waits that end with a frame do not add up.
