@@ -8,6 +8,7 @@
 #include <ctime>
 
 #include "mapping/local/surface.hpp"
+#include "mapping/team/team_graph.hpp"
 #include "support/team_robots.hpp"
 
 namespace {
@@ -111,6 +112,27 @@ void incremental(const TeamLog& log, const SolutionRecord& solution) {
              ms[ms.size() / 2], ms.back(), ms[ms.size() / 2] / whole.ms, fusion.digest() == anew.digest());
 }
 
+std::size_t anchors_of(const SolutionRecord& solution) {
+  std::size_t out = 0;
+  for (const SolvedRobot& robot : solution.robots) out += robot.anchors.size();
+  return out;
+}
+
+// A solution that moves one anchor by two centimetres: its surface is taken out of the map and fused again.
+void one_anchor_moves(const TeamLog& log, const SolutionRecord& solution) {
+  MapTarget target{solution, everything_here(log, solution)};
+  MapFusion fusion(kBudget);
+  go(fusion, log, target);
+  std::vector<double> ms;
+  for (SolvedRobot& robot : target.solution.robots)
+    for (std::size_t i = 0; i < std::min<std::size_t>(robot.anchors.size(), 8); ++i) {
+      robot.anchors[i].T_map_anchor.t_10um[0] += 2000;
+      ms.push_back(go(fusion, log, target).ms);
+    }
+  std::ranges::sort(ms);
+  fmt::print("  one anchor moved by 2 cm: median {:.1f} ms, most {:.1f} ms\n", ms[ms.size() / 2], ms.back());
+}
+
 void measure(int count, int frames) {
   const std::vector<test::Author> authors = explore_all(count, frames);
   std::deque<test::Robot> robots;
@@ -125,14 +147,21 @@ void measure(int count, int frames) {
   for (const double m : ms) mean += m / static_cast<double>(ms.size());
   bool equal = true;
   for (const test::Robot& robot : robots) equal = equal && robot.view().digest == robots[0].view().digest;
+  const double bytes = static_cast<double>(bytes_of(all));
   fmt::print(
-      "{} robots: {} in the map, {} records of {:.1f} MB; team work a robot: mean {:.0f} ms, most {:.0f} ms, {:.2f} ms "
-      "a "
-      "record; one digest: {}\n",
-      count, robots[0].view().robots_in_map, all.size(), static_cast<double>(bytes_of(all)) * 1e-6, mean,
+      "{} robots: {} in the map, {} records of {:.1f} MB, {:.2f} MB received a robot; team work a robot: mean {:.0f} "
+      "ms, "
+      "most {:.0f} ms, {:.2f} ms a record; one digest: {}\n",
+      count, robots[0].view().robots_in_map, all.size(), bytes * 1e-6, bytes * (1 - 1.0 / count) * 1e-6, mean,
       *std::ranges::max_element(ms), mean / static_cast<double>(all.size()), equal);
-  if (const SolutionRecord* solution = robots[0].map().solution(); solution != nullptr)
-    incremental(robots[0].map().log(), *solution);
+  const SolutionRecord* solution = robots[0].map().solution();
+  if (solution == nullptr) return;
+  const TeamLog& log = robots[0].map().log();
+  const double before = cpu_ms();
+  const SolutionRecord again = solve_team(log, log.chains());
+  fmt::print("  the pose graph: {} anchors, {:.0f} ms\n", anchors_of(again), cpu_ms() - before);
+  incremental(log, *solution);
+  one_anchor_moves(log, *solution);
 }
 
 }  // namespace
