@@ -8,6 +8,7 @@
 #include "daemon/clock.hpp"
 #include "daemon/control/replies.hpp"
 #include "daemon/heap.hpp"
+#include "daemon/map_drawing.hpp"
 #include "daemon/reload.hpp"
 #include "hal/base/text.hpp"
 #include "mapping/records/hello.hpp"
@@ -81,7 +82,8 @@ void App::keep_map(const Harvest& harvest) {
 }
 
 OutgoingRecord App::greeting() const {
-  const mapping::HelloRecord hello{config_.id, printable(printable(config_.camera).substr(0, 180))};
+  mapping::HelloRecord hello{config_.id, printable(printable(config_.camera).substr(0, 180))};
+  hello.map_blocks = mapping::map_parameters(global_map(config_)).blocks;
   return {mapping::Lane::control, mapping::RecordKind::hello, encode(hello)};
 }
 

@@ -3,6 +3,7 @@
 #include "daemon/clock.hpp"
 #include "daemon/control/replies.hpp"
 #include "daemon/control/team_actions.hpp"
+#include "daemon/map_drawing.hpp"
 #include "mapping/records/hello.hpp"
 
 namespace onemap::daemon {
@@ -56,8 +57,7 @@ Status App::open_rest() {
 
 Status App::open_team() {
   TeamMapConfig team;
-  team.atlas.map = config_.mapper.map;
-  team.atlas.map.budget_bytes = config_.global_budget_bytes;
+  team.atlas = global_map(config_);
   team.merge_while_mapping = seconds(config_.merge_while_mapping_s);
   team.map_interval = seconds(config_.map_interval_s);
   team.verify.find_pairs = config_.find_pairs;

@@ -30,7 +30,8 @@ std::uint64_t LinkTally::proposed() const { return std::accumulate(looked.begin(
 
 std::string LinkTally::reason(std::size_t index) {
   static constexpr std::array kNames{"accepted",      "too_few_matches", "fundamental_failed", "depth_incoherent",
-                                     "ransac_failed", "icp_failed",      "inconsistent",       "later_version"};
+                                     "ransac_failed", "icp_failed",      "inconsistent",       "little_overlap",
+                                     "seen_through",  "another_place",   "not_seen_again",     "later_version"};
   static_assert(kNames.size() == kReasons);
   return kNames.at(index);
 }

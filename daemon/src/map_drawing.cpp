@@ -38,6 +38,12 @@ mapping::MapTarget own_target(const mapping::TeamLog& log, const mapping::AtlasC
 
 }  // namespace
 
+mapping::AtlasConfig global_map(const Config& config) {
+  mapping::AtlasConfig out{config.mapper.map};
+  out.map.budget_bytes = config.global_budget_bytes;
+  return out;
+}
+
 Result<mapping::Survey> survey_of(const MapSource& from, const mapping::SurveyConfig& config) {
   if (from.solution == nullptr)
     return survey(mapping::placed_keyframes(from.log, mapping::alone_on_map(from.log.own_chain())), config);
@@ -61,8 +67,7 @@ std::optional<std::vector<std::uint8_t>> save_local(const MapSource& from, const
                                                     const std::string& title, const std::function<bool()>& stop) {
   const mapping::TeamMember* own = from.log.own();
   if (own == nullptr) return std::nullopt;
-  mapping::AtlasConfig atlas{config.mapper.map};
-  atlas.map.budget_bytes = config.global_budget_bytes;
+  const mapping::AtlasConfig atlas = global_map(config);
   mapping::MapFusion local(atlas.map.budget_bytes);
   local.aim(from.log, own_target(from.log, atlas));
   while (local.underway())

@@ -25,7 +25,7 @@ Merge merge_of(const mapping::TeamLink& of, const mapping::GraphSolution& graph,
   Merge merge;
   merge.a = chain_name(log, of.a);
   merge.b = chain_name(log, of.b);
-  merge.refused = link.reason == mapping::LinkReason::accepted ? graph_words(graph, of) : link_words(link.reason);
+  merge.refused = link.reason == mapping::LinkReason::accepted ? graph_words(graph, of) : link_words(link);
   merge.cloud_a = link.keyframe_a;
   merge.cloud_b = link.keyframe_b;
   merge.pairs = link.supporting_pairs;

@@ -6,22 +6,31 @@ namespace onemap::daemon {
 
 using mapping::LinkReason;
 
-const char* link_words(LinkReason reason) {
-  switch (reason) {
+std::string link_words(const mapping::LinkRecord& link) {
+  const double percent = link.measured * 1e-2;
+  switch (link.reason) {
     case LinkReason::accepted:
       return "accepted";
     case LinkReason::too_few_matches:
-      return "too few matches";
+      return fmt::format("too few features match ({})", link.measured);
     case LinkReason::fundamental_failed:
-      return "no fundamental matrix";
+      return fmt::format("no fundamental matrix for {} matches", link.measured);
     case LinkReason::depth_incoherent:
-      return "depth does not agree";
+      return fmt::format("depth does not agree, of {} matches", link.measured);
     case LinkReason::ransac_failed:
-      return "no rigid motion agrees";
+      return fmt::format("no rigid motion agrees with more than {} matches", link.measured);
     case LinkReason::icp_failed:
-      return "the clouds do not fit";
+      return fmt::format("the clouds do not fit (error {:.1f} mm)", link.measured * 1e-3);
     case LinkReason::inconsistent:
-      return "pairs of clouds contradict each other";
+      return fmt::format("only {} pairs of clouds agree", link.measured);
+    case LinkReason::little_overlap:
+      return fmt::format("the clouds hardly overlap ({:.0f} %)", percent);
+    case LinkReason::seen_through:
+      return fmt::format("one lies where the other saw free space (but {:.0f} %)", percent);
+    case LinkReason::another_place:
+      return fmt::format("{} pairs of clouds agree on another place", link.measured);
+    case LinkReason::not_seen_again:
+      return fmt::format("of what both should have seen {:.0f} % look alike", percent);
   }
   return "a reason of a later version";
 }
@@ -45,6 +54,7 @@ struct Words {
   void operator()(const mapping::RobotBack& e) const { log.line("robot {} is back", e.robot.name()); }
   void operator()(const mapping::LinkLooked& e) const {
     const mapping::LinkRecord& link = e.link;
+    if (e.again) return;
     if (link.a == link.b && link.incarnation_other == e.author.incarnation) {
       if (!link.pairs.empty())
         log.line("robot {} knows {} pairs of its keyframes as one place each", link.a.name(), link.pairs.size());
@@ -58,7 +68,7 @@ struct Words {
                link.error_um * 1e-3, by);
     else
       log.line("link {}{} - {} refused: {}, {} pairs of clouds agree, {} inliers{}", link.a.name(), life, link.b.name(),
-               link_words(link.reason), link.supporting_pairs, link.inliers, by);
+               link_words(link), link.supporting_pairs, link.inliers, by);
   }
   void operator()(const mapping::PairRuled& e) const {
     const mapping::RulingRecord& r = e.ruling;

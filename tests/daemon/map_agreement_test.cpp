@@ -16,6 +16,8 @@ struct MapAgreementTest : testing::Test {
   TeamView team;
   RadioView radio;
 
+  void SetUp() override { team.greeted = {kA, kB}; }
+
   void has(std::uint64_t digest) {
     team.digest = digest;
     team.digests.push_back(digest);
@@ -48,6 +50,16 @@ TEST_F(MapAgreementTest, OthersMayBeAMomentBehindOrAhead) {
   EXPECT_THAT(agreement.differing(), testing::ElementsAre(kA));
   has(3);
   EXPECT_TRUE(at(9s));
+}
+
+TEST_F(MapAgreementTest, OfWhomThereIsABeaconAndNoHelloIsNotAsked) {
+  has(1);
+  team.greeted = {kA};
+  radio.map_digests = {{kA, 1}, {kB, 0}};
+  EXPECT_TRUE(at(0s));
+  team.greeted = {kA, kB};
+  EXPECT_FALSE(at(10s));
+  EXPECT_THAT(agreement.differing(), testing::ElementsAre(kB));
 }
 
 TEST_F(MapAgreementTest, WhoIsGoneIsNotAsked) {

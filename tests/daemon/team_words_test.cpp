@@ -42,9 +42,11 @@ TEST(TeamWords, LinksSayWhyAndByWhom) {
   EXPECT_EQ(said(mapping::LinkLooked{{kA, 1}, link}),
             "robot1: link a - b accepted: 3 pairs of clouds agree, 120 inliers, ratio 0.25, error 4.2 mm\n");
   link.reason = mapping::LinkReason::icp_failed;
-  EXPECT_EQ(
-      said(mapping::LinkLooked{{kB, 1}, link}),
-      "robot1: link a - b refused: the clouds do not fit, 3 pairs of clouds agree, 120 inliers (looked at by b)\n");
+  link.measured = 31'400;
+  EXPECT_EQ(said(mapping::LinkLooked{{kB, 1}, link}),
+            "robot1: link a - b refused: the clouds do not fit (error 31.4 mm), 3 pairs of clouds agree, 120 inliers "
+            "(looked at by b)\n");
+  EXPECT_EQ(said(mapping::LinkLooked{{kA, 1}, link, true}), "") << "as it was";
   link.reason = mapping::LinkReason::accepted;
   link.b = kA;
   link.incarnation_other = 1;

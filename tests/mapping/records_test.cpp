@@ -29,7 +29,8 @@ QuantizedPose random_pose(Random& random) {
 
 HelloRecord random_hello(Random& random) {
   return {"robot" + std::to_string(random.integer(1, 99)),
-          std::string(static_cast<std::size_t>(random.integer(0, 200)), 'c')};
+          std::string(static_cast<std::size_t>(random.integer(0, 200)), 'c'), random.next(),
+          static_cast<std::uint32_t>(random.integer(0, 1 << 24))};
 }
 
 KeyframeRecord random_keyframe(Random& random) {
@@ -92,7 +93,8 @@ LinkRecord random_link(Random& random) {
   out.incarnation_other = random.next();
   out.keyframes_a = static_cast<std::uint32_t>(random.next());
   out.keyframes_b = static_cast<std::uint32_t>(random.next());
-  out.reason = static_cast<LinkReason>(random.integer(0, 6));
+  out.reason = static_cast<LinkReason>(random.integer(0, 10));
+  if (out.reason != LinkReason::accepted) out.measured = static_cast<std::uint32_t>(random.next());
   out.supporting_pairs = static_cast<std::uint32_t>(random.integer(1, 32));
   out.inliers = static_cast<std::uint32_t>(random.integer(0, 1000));
   out.ratio_e4 = static_cast<std::uint32_t>(random.integer(0, 10000));
@@ -278,6 +280,7 @@ TEST(Records, NamesTheFieldThatBreaksABound) {
   Random random(6);
   expect_refused(decode_hello(encode(HelloRecord{"a b", ""})), "name");
   expect_refused(decode_hello(encode(HelloRecord{"a", "x\x1b[31m"})), "camera");
+  expect_refused(decode_hello(encode(HelloRecord{"a", "", 0, (1 << 24) + 1})), "map blocks");
   LinkRecord link = random_link(random);
   std::swap(link.a, link.b);
   expect_refused(decode_link(encode(link)), "record, b");
@@ -347,6 +350,7 @@ TEST(Records, LinksClaimNoMoreThanTheirPairsCanHave) {
   Random random(8);
   LinkRecord link = random_link(random);
   link.reason = LinkReason::accepted;
+  link.measured = 0;
   link.supporting_pairs = 2;
   link.inliers = 2000;
   EXPECT_TRUE(decode_link(encode(link)).ok());
@@ -385,6 +389,7 @@ TEST(Records, ALinksPairsAreInOrderAndOfTheRobotsThatItJoins) {
   refused([](LinkRecord& l) { l.pairs[0].inliers = 1001; }, "pairs.inliers");
   refused([](LinkRecord& l) { l.reason = LinkReason::icp_failed; }, "of a link that is refused");
   refused([](LinkRecord& l) { l.pairs.assign(257, l.pairs[0]); }, "more than allowed");
+  refused([](LinkRecord& l) { l.measured = 7; }, "of a link that is accepted");
   link.b = link.a;
   link.pairs = {{1, 3, 60, {}}};
   EXPECT_TRUE(decode_link(encode(link)).ok()) << "one robot's own loop";

@@ -71,43 +71,43 @@ VoxelMap empty_map(std::size_t most_blocks = 4000) {
   return VoxelMap(config);
 }
 
-struct Outcome {
+struct Remains {
   std::uint64_t digest = 0, refused = 0;
   std::size_t blocks = 0;
   bool exact = true;
-  bool operator==(const Outcome&) const = default;
+  bool operator==(const Remains&) const = default;
 };
 
-void PrintTo(const Outcome& o, std::ostream* out) {
+void PrintTo(const Remains& o, std::ostream* out) {
   *out << std::hex << o.digest << std::dec << ", " << o.refused << " refused, " << o.blocks << " blocks, exact "
        << o.exact;
 }
 
-Outcome outcome(const VoxelMap& map, bool exact) {
+Remains remains_of(const VoxelMap& map, bool exact) {
   return {map.digest(), map.counters().blocks_refused, map.used(), exact};
 }
 
 // What is left after fusing twice and taking back once.
-Outcome fuse(const std::vector<SubmapBlock>& blocks, const Case& c, std::size_t most_blocks, bool simd) {
+Remains fuse(const std::vector<SubmapBlock>& blocks, const Case& c, std::size_t most_blocks, bool simd) {
   VoxelMap map = empty_map(most_blocks);
   const std::vector<AtlasBlock> list = listed(blocks, c);
   bool exact = fuse_submap(list, c.pose, Fusing::add, map, nullptr, simd);
   exact = fuse_submap(list, c.pose, Fusing::add, map, nullptr, simd) && exact;
   exact = fuse_submap(list, c.pose, Fusing::take_back, map, nullptr, simd) && exact;
-  return outcome(map, exact);
+  return remains_of(map, exact);
 }
 
-Outcome fuse_slowly(const std::vector<SubmapBlock>& blocks, const Case& c, std::size_t most_blocks) {
+Remains fuse_slowly(const std::vector<SubmapBlock>& blocks, const Case& c, std::size_t most_blocks) {
   VoxelMap map = empty_map(most_blocks);
   test::SlowResampler slow(blocks, c.source_um, c.truncation_um, c.pose, map);
   bool exact = slow.fuse(Fusing::add);
   exact = slow.fuse(Fusing::add) && exact;
   exact = slow.fuse(Fusing::take_back) && exact;
-  return outcome(map, exact);
+  return remains_of(map, exact);
 }
 
 void expect_equal(const std::vector<SubmapBlock>& blocks, const Case& c, std::size_t most_blocks = 4000) {
-  const Outcome slow = fuse_slowly(blocks, c, most_blocks);
+  const Remains slow = fuse_slowly(blocks, c, most_blocks);
   EXPECT_GT(slow.blocks, 0u) << c.name;
   EXPECT_EQ(fuse(blocks, c, most_blocks, false), slow) << c.name << ", plain";
   EXPECT_EQ(fuse(blocks, c, most_blocks, true), slow) << c.name << ", simd";

@@ -124,6 +124,44 @@ TEST(TeamMap, MergesWhileRobotsMapAndEndsWithTheSameMap) {
   EXPECT_EQ(robot1.view().digest, expected.view().digest);
 }
 
+Records without_its_end(const Author& author) {
+  Records out = author.written();
+  std::erase_if(out, [](const RecordPtr& r) { return r->kind == static_cast<std::uint16_t>(RecordKind::finished); });
+  return out;
+}
+
+// It is no record while robots map, and still known to who looked.
+TEST(TeamMap, ARefusalWhileRobotsMapIsAnEventAndAnAnswerToWhy) {
+  Robot robot(first(), 10s);
+  robot.apply(without_its_end(first()));
+  robot.apply(without_its_end(stranger()));
+  robot.work(kNow + 100s);
+  EXPECT_TRUE(robot.map().links().empty());
+  std::vector<LinkLooked> looks;
+  for (const LinkLooked& look : robot.events<LinkLooked>())
+    if (look.link.a != look.link.b) looks.push_back(look);
+  ASSERT_EQ(looks.size(), 1u);
+  EXPECT_NE(looks[0].link.reason, LinkReason::accepted);
+  EXPECT_FALSE(looks[0].again);
+  const auto why = robot.map().why(stranger().id(), first().id());
+  ASSERT_TRUE(why.ok());
+  ASSERT_EQ(why->pairs.size(), 1u);
+  ASSERT_TRUE(why->pairs[0].link.has_value());
+  EXPECT_EQ(why->pairs[0].link->reason, looks[0].link.reason);
+  EXPECT_FALSE(why->one_map);
+}
+
+TEST(TeamMap, OwnLoopsDoNotKeepTheMapWaiting) {
+  Robot robot(first(), 10s);
+  robot.apply(without_its_end(first()));
+  Records said;
+  ASSERT_TRUE(robot.work_once(kNow + 100s, said, 1s)) << "a keyframe is looked for in earlier ones";
+  ASSERT_TRUE(said.empty());
+  ASSERT_TRUE(robot.work_once(kNow + 100s + 10ms, said));
+  ASSERT_EQ(said.size(), 1u) << "that took its third and more";
+  EXPECT_EQ(said[0]->kind, static_cast<std::uint16_t>(RecordKind::solution));
+}
+
 // The lower robot lives and does not look: after a while the other one does.
 TEST(TeamMap, APairThatIsNotLookedAtIsLookedAtByTheOther) {
   Author idle = test::small_robot("a"), mine = test::small_robot("b");

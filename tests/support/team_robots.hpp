@@ -104,18 +104,22 @@ class Robot {
   Records work(Instant now = kNow, const std::set<RobotId>& silent = {}) {
     hear(now, silent);
     Records published;
-    for (;;) {
-      const bool busy = map_->step(now);
-      map_->observe(now);
-      const auto events = map_->take_events();
-      events_.insert(events_.end(), events.begin(), events.end());
-      const auto records = map_->take_records();
-      if (!busy && records.empty()) return published;
-      for (const TeamRecord& record : records) {
-        published.push_back(author_.write(record.lane, static_cast<std::uint16_t>(record.kind), record.body));
-        apply(published.back(), now);
-      }
+    while (work_once(now, published)) continue;
+    return published;
+  }
+  // One piece of work, which is said to have taken so long; false: there was none.
+  bool work_once(Instant now, Records& published, Duration cost = Duration::zero()) {
+    const bool busy = map_->step(now);
+    if (cost > Duration::zero()) map_->took(cost);
+    map_->observe(now);
+    const auto events = map_->take_events();
+    events_.insert(events_.end(), events.begin(), events.end());
+    const auto records = map_->take_records();
+    for (const TeamRecord& record : records) {
+      published.push_back(author_.write(record.lane, static_cast<std::uint16_t>(record.kind), record.body));
+      apply(published.back(), now);
     }
+    return busy || !records.empty();
   }
   // It writes a link itself.
   RecordPtr say(const LinkRecord& link) {

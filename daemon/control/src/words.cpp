@@ -230,7 +230,7 @@ std::string why_words(const Json& a) {
     out += fmt::format("\n{} and {}: {}\n", chain(member(p, "a")), chain(member(p, "b")), text(p, "verdict"));
     if (link.is_object())
       out += line("  looked at",
-                  fmt::format("{}, {} pairs of clouds agree, {} inliers, error {:.1f} mm", text(link, "reason"),
+                  fmt::format("{}; {} pairs of clouds agree, {} inliers, error {:.1f} mm", text(link, "words"),
                               text(link, "supporting_pairs"), text(link, "inliers"), number(link, "error_mm")));
     if (ruling.is_object())
       out += line("  a person said",
@@ -242,7 +242,7 @@ std::string why_words(const Json& a) {
       out += line("  worst in use", fmt::format("{:.1f} sigmas squared", number(p, "worst_sigmas")));
   }
   if (member(a, "pairs").empty())
-    out += "nobody has looked at the two yet: nothing looked alike, or there was no time\n";
+    out += "nobody has looked at the two yet, or another robot did: ask the one with the lower name\n";
   return out;
 }
 

@@ -8,8 +8,8 @@
 namespace onemap::daemon {
 
 // Who holds the same global map, while robots map and after: a robot agrees with this one while it says a digest that
-// this one's map had lately. It may be a moment ahead or behind, so each has a while. Robots that are gone are not
-// asked. Used by one thread.
+// this one's map had lately. It may be a moment ahead or behind, so each has a while. Robots that are gone, or of
+// whom there is a beacon and no Hello, are not asked. Used by one thread.
 class MapAgreement {
  public:
   void look(const TeamView& team, const RadioView& radio, Instant now);

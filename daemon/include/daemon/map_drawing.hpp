@@ -20,6 +20,9 @@ struct MapSource {
   const mapping::VoxelMap* map = nullptr;
 };
 
+// The team's map as this robot can hold it.
+mapping::AtlasConfig global_map(const Config& config);
+
 // The floor plan of the global map, and without one of this robot's own odometry.
 Result<mapping::Survey> survey_of(const MapSource& from, const mapping::SurveyConfig& config);
 

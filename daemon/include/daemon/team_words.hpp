@@ -7,8 +7,8 @@
 
 namespace onemap::daemon {
 
-// Why a link was refused, for people; "accepted" otherwise.
-const char* link_words(mapping::LinkReason reason);
+// Why a link was refused, with what was measured, for people; "accepted" otherwise.
+std::string link_words(const mapping::LinkRecord& link);
 
 // "robot1" for its present life, "robot1.17" for an earlier one that has the number 17.
 std::string chain_name(const mapping::TeamLog& log, const mapping::ChainId& chain);

@@ -32,6 +32,8 @@ struct AsJson {
             {"by", e.author.robot.name()},
             {"accepted", link.reason == mapping::LinkReason::accepted},
             {"reason", LinkTally::reason(reason)},
+            {"measured", link.measured},
+            {"again", e.again},
             {"supporting_pairs", link.supporting_pairs},
             {"inliers", link.inliers},
             {"error_mm", link.error_um * 1e-3}};

@@ -2,6 +2,7 @@
 
 #include "daemon/control/replies.hpp"
 #include "daemon/link_tally.hpp"
+#include "daemon/team_words.hpp"
 #include "hal/base/text.hpp"
 
 namespace onemap::daemon {
@@ -15,6 +16,8 @@ Json link_json(const std::optional<mapping::LinkRecord>& link) {
   if (!link) return nullptr;
   return {{"accepted", link->reason == mapping::LinkReason::accepted},
           {"reason", LinkTally::reason(std::min(static_cast<std::size_t>(link->reason), LinkTally::kReasons - 1))},
+          {"measured", link->measured},
+          {"words", link_words(*link)},
           {"supporting_pairs", link->supporting_pairs},
           {"inliers", link->inliers},
           {"error_mm", link->error_um * 1e-3}};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "mapping/records/solution.hpp"
 #include "records/field_reader.hpp"
 
 namespace onemap::mapping {
@@ -28,6 +29,7 @@ std::vector<std::uint8_t> encode(const HelloRecord& record) {
   put_text(out, record.name);
   put_text(out, record.camera);
   out.put(record.repeats);
+  out.put(record.map_blocks);
   return body;
 }
 
@@ -41,6 +43,8 @@ Result<HelloRecord> decode_hello(std::span<const std::uint8_t> body) {
   out.camera = text_of(in.bytes(size, "camera"));
   in.require(printable(out.camera), "camera", "control characters");
   out.repeats = in.get<std::uint64_t>("repeats");
+  out.map_blocks = in.get<std::uint32_t>("map blocks");
+  in.require(out.map_blocks <= MapParameters::kMostBlocks, "map blocks", "more than 2^24");
   return in.finish(std::move(out));
 }
 

@@ -57,6 +57,7 @@ std::vector<std::uint8_t> encode(const LinkRecord& record) {
   out.put(record.keyframe_a);
   out.put(record.keyframe_b);
   out.put(static_cast<std::uint8_t>(record.reason));
+  out.put(record.measured);
   out.put(record.supporting_pairs);
   out.put(record.inliers);
   out.put(record.ratio_e4);
@@ -79,8 +80,10 @@ Result<LinkRecord> decode_link(std::span<const std::uint8_t> body) {
   out.keyframe_a = in.get<std::uint32_t>("keyframe_a");
   out.keyframe_b = in.get<std::uint32_t>("keyframe_b");
   const auto reason = in.get<std::uint8_t>("reason");
-  in.require(reason <= static_cast<std::uint8_t>(LinkReason::inconsistent), "reason", "unknown");
+  in.require(reason <= static_cast<std::uint8_t>(kLastLinkReason), "reason", "unknown");
   out.reason = static_cast<LinkReason>(reason);
+  out.measured = in.get<std::uint32_t>("measured");
+  in.require(out.reason != LinkReason::accepted || out.measured == 0, "measured", "of a link that is accepted");
   out.supporting_pairs = in.get<std::uint32_t>("supporting_pairs");
   out.inliers = in.get<std::uint32_t>("inliers");
   out.ratio_e4 = in.get<std::uint32_t>("ratio_e4");

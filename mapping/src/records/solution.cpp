@@ -10,7 +10,6 @@ namespace onemap::mapping {
 namespace {
 
 constexpr std::size_t kMaxRobots = 1024, kMaxAnchors = 16384;
-constexpr std::uint32_t kMostBlocks = 1u << 24;
 constexpr std::size_t kAnchorBytes = 4 + kPoseBytes, kRobotBytes = 16 + 8 + 2;
 
 void put_robot(ByteWriter& out, const SolvedRobot& solved) {
@@ -42,7 +41,7 @@ MapParameters read_parameters(FieldReader& in) {
   const std::int64_t band = out.truncation_um, voxel = out.voxel_um;
   in.require(band >= voxel && band <= 100 * voxel, "map.truncation_um", "not from 1 to 100 voxels");
   out.blocks = in.get<std::uint32_t>("map.blocks");
-  in.require(out.blocks >= 1 && out.blocks <= kMostBlocks, "map.blocks", "not from 1 to 2^24");
+  in.require(out.blocks >= 1 && out.blocks <= MapParameters::kMostBlocks, "map.blocks", "not from 1 to 2^24");
   return out;
 }
 

@@ -97,6 +97,13 @@ void MapFusion::aim(const TeamLog& log, MapTarget target) {
   if (todo_.empty()) atlas_->settle();
 }
 
+// Of one submap, and twice that at once. It follows from the target, as what is refused must, for whoever can hold
+// that.
+std::size_t MapFusion::most_decoded() const {
+  const std::size_t of_map = std::size_t{parameters_.blocks} * kBlockVoxels * sizeof(Voxel);
+  return std::min(of_map, budget_bytes_) / sizeof(SubmapBlock) / 2;
+}
+
 // The newest first, so that what is too much is the oldest.
 bool MapFusion::decode(const Version& version, LatestSubmaps& into, std::size_t& left_out,
                        std::vector<Malformed>& malformed, const std::function<bool()>& stop) const {

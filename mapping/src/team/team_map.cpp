@@ -1,6 +1,7 @@
 #include "mapping/team/team_map.hpp"
 
 #include <algorithm>
+#include <tuple>
 
 #include "mapping/records/keyframe.hpp"
 #include "mapping/team/link_table.hpp"
@@ -66,6 +67,7 @@ void TeamMap::begin_life(std::uint64_t incarnation, bool repeats) {
   say_again_ = published_.has_value();
   needless_looked_at_ = 0;
   frontier_ = {};
+  unwritten_.clear();
 }
 
 void TeamMap::presence(std::map<RobotId, Instant> last_sign, std::set<RobotId> records_complete) {
@@ -78,12 +80,15 @@ bool TeamMap::step(Instant now, const Stop& stop) {
   const Agreement team(log_, presence_, now);
   note_end(team, now);
   note_links();
-  return find_loops(team, now, stop) || verify(team, now, stop) || decide(team, now) || fuse(team, now, stop) ||
-         look_for_needless(now);
+  const bool loops_turn = now >= next_loops_;
+  return (loops_turn && find_loops(team, now, stop)) || verify(team, now, stop) || decide(team, now) ||
+         fuse(team, now, stop) || (!loops_turn && find_loops(team, now, stop)) || look_for_needless(now);
 }
 
-// While robots map, solving gets a tenth of the time at most, and fusing a third.
+// While robots map, solving gets a tenth of the time at most, and fusing a third. Own loops get the third before all
+// else and what nobody else wants, so that many keyframes at once do not keep the map waiting.
 void TeamMap::took(Duration cost) {
+  if (worked_ == Work::looped) next_loops_ = now_ + 2 * cost;
   if (worked_ == Work::verified) verifier_.took(cost);
   if (worked_ == Work::solved) next_solve_ += 10 * cost;
   if (worked_ == Work::fused) next_aim_ += 3 * cost;
@@ -92,6 +97,7 @@ void TeamMap::took(Duration cost) {
 
 bool TeamMap::find_loops(const Agreement& team, Instant now, const Stop& stop) {
   const bool looked = loops_.look(team, places_, stop);
+  if (looked) worked_ = Work::looped;
   if (const auto loops = loops_.news(team, now)) records_.push_back({Lane::poses, RecordKind::link, encode(*loops)});
   return looked;
 }
@@ -99,8 +105,17 @@ bool TeamMap::find_loops(const Agreement& team, Instant now, const Stop& stop) {
 bool TeamMap::verify(const Agreement& team, Instant now, const Stop& stop) {
   const auto look = verifier_.next(team, now, stop);
   if (!look) return false;
-  if (look->news) records_.push_back({Lane::poses, RecordKind::link, encode(look->link)});
   worked_ = Work::verified;
+  const ChainId other{look->link.a == self_ ? look->link.b : look->link.a, look->link.incarnation_other};
+  if (look->news) {
+    records_.push_back({Lane::poses, RecordKind::link, encode(look->link)});
+    unwritten_.erase(other);
+    return true;
+  }
+  const auto before = unwritten_.find(other);
+  const bool again = before != unwritten_.end() && before->second.reason == look->link.reason;
+  unwritten_.insert_or_assign(other, look->link);
+  events_.emplace_back(LinkLooked{log_.own_chain(), look->link, again});
   return true;
 }
 
@@ -140,7 +155,7 @@ bool TeamMap::decide_now(const Agreement& team, Instant now) {
   const SolutionRecord* in_use = published_ ? &*published_ : made != nullptr ? &*made->solution : nullptr;
   auto wanted = solver_.wanted(team, in_use);
   if (!wanted) return false;
-  if (published_ && agree(log_, *published_, *wanted, TeamSolver::kWorth_m))
+  if (published_ && published_->map == wanted->map && agree(log_, *published_, *wanted, TeamSolver::kWorth_m))
     return say_again_ && publish(SolutionRecord(*published_));
   wanted->up = up_.now(log_, *wanted, in_use);
   return publish(std::move(*wanted));
@@ -287,6 +302,7 @@ void TeamMap::note_gone(const Agreement& team) {
 
 void TeamMap::update_view(const Agreement& team) {
   view_.robots_known = team.robots().size();
+  view_.greeted = {team.robots().begin(), team.robots().end()};
   view_.places_left_out = places_.left_out();
   view_.robots_finished = 0;
   for (const RobotId& robot : team.robots()) view_.robots_finished += log_.find(robot)->finished ? 1 : 0;
@@ -316,7 +332,23 @@ Result<Why> TeamMap::why(const RobotId& a, const RobotId& b) const {
   for (const RobotId& robot : {a, b})
     if (const TeamMember* member = log_.find(robot); member == nullptr || !member->counts())
       return Error{"robot " + robot.name(), "is not known here"};
-  return mapping::why(log_, solution(), a, b);
+  Why out = mapping::why(log_, solution(), a, b);
+  for (const auto& [other, link] : unwritten_) {
+    if (std::minmax(a, b) != std::minmax(self_, other.robot)) continue;
+    WhyPair looked;
+    std::tie(looked.a, looked.b) = std::minmax(log_.own_chain(), other);
+    looked.link = link;
+    looked.verdict.a = looked.a;
+    looked.verdict.b = looked.b;
+    const auto same = [&](const WhyPair& pair) { return pair.a == looked.a && pair.b == looked.b; };
+    const auto known = std::ranges::find_if(out.pairs, same);
+    if (known == out.pairs.end())
+      out.pairs.push_back(std::move(looked));
+    else if (!known->link)
+      known->link = link;
+  }
+  std::ranges::sort(out.pairs, {}, [](const WhyPair& pair) { return std::pair{pair.a, pair.b}; });
+  return out;
 }
 
 Result<std::size_t> TeamMap::rule(const RobotId& a, const RobotId& b, bool apart) {

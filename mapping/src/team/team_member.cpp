@@ -23,6 +23,7 @@ Status keep_hello(const Record& record, TeamMember& member) {
   member.name = std::move(hello->name);
   member.camera = printable(hello->camera);
   member.repeats = hello->repeats;
+  member.map_blocks = hello->map_blocks;
   return success();
 }
 

@@ -77,6 +77,7 @@ bool verify_candidates(const KeyframeSource& a, const KeyframeSource& b, const s
     } else if (v.result.matches > best_refused) {  // what the refusal will say, if it is one
       best_refused = v.result.matches;
       link.reason = v.result.reason;
+      link.measured = v.result.measured;
       link.keyframe_a = v.keyframe_r;
       link.keyframe_b = v.keyframe_s;
       link.inliers = static_cast<std::uint32_t>(v.result.inliers);
@@ -174,6 +175,7 @@ void conclude(const std::vector<const Verified*>& best, const VerifyConfig& conf
   link.ratio_e4 = static_cast<std::uint32_t>(std::lround(top.result.ratio * 10000));
   if (!enough(best, config)) {
     link.reason = LinkReason::inconsistent;
+    link.measured = link.supporting_pairs;
     link.inliers = static_cast<std::uint32_t>(top.result.inliers);
     return;
   }
@@ -181,9 +183,15 @@ void conclude(const std::vector<const Verified*>& best, const VerifyConfig& conf
   int inliers = 0;
   const double rms = fit_common(best, T_a_b, inliers);
   link.reason = LinkReason::accepted;
+  link.measured = 0;
   link.inliers = static_cast<std::uint32_t>(inliers);
   link.error_um = static_cast<std::int32_t>(std::lround(rms * 1e6));
   link.T_a_b = quantize(T_a_b);
+}
+
+void refuse(LinkRecord& link, LinkReason reason, double measured) {
+  link.reason = reason;
+  link.measured = static_cast<std::uint32_t>(std::lround(measured));
 }
 
 }  // namespace
@@ -200,12 +208,13 @@ std::optional<LinkRecord> verify_robots(const KeyframeSource& a, const KeyframeS
   const std::vector<CloudPair> chosen = choose(std::move(pairs));
   if (!verify_candidates(a, b, chosen, config, stop, verified, link)) return std::nullopt;
   SideBySide near;
+  std::size_t elsewhere = 0;
   bool contested = false;
   const std::size_t before = verified.size();
   if (const auto first = largest_agreement(verified); enough(first, config)) {
     near = side_by_side(a, b, between_references(strongest(first)), chosen);
-    contested =
-        static_cast<double>(count_elsewhere(verified, first)) > kShareElsewhere * static_cast<double>(first.size());
+    elsewhere = count_elsewhere(verified, first);
+    contested = static_cast<double>(elsewhere) > kShareElsewhere * static_cast<double>(first.size());
   }
   if (!verify_candidates(a, b, near.close, config, stop, verified, link)) return std::nullopt;
   const std::size_t after = verified.size();
@@ -216,9 +225,11 @@ std::optional<LinkRecord> verify_robots(const KeyframeSource& a, const KeyframeS
     return v >= verified.data() + before && v < verified.data() + after;
   };
   const auto shown = static_cast<double>(std::ranges::count_if(best, among_close));
-  const bool refuted =
-      near.close.size() >= kFewestClose && shown < kShareClose * static_cast<double>(near.close.size());
-  if (link.reason == LinkReason::accepted && (contested || refuted)) link.reason = LinkReason::inconsistent;
+  const auto close = static_cast<double>(near.close.size());
+  const bool refuted = near.close.size() >= kFewestClose && shown < kShareClose * close;
+  if (link.reason == LinkReason::accepted && contested)
+    refuse(link, LinkReason::another_place, static_cast<double>(elsewhere));
+  if (link.reason == LinkReason::accepted && refuted) refuse(link, LinkReason::not_seen_again, 1e4 * shown / close);
   if (link.reason == LinkReason::accepted) link.pairs = pairs_of(verified);
   return link;
 }

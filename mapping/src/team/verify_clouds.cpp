@@ -83,20 +83,25 @@ double free_space_agreement(const OrganizedCloud& seen, const std::vector<Vector
   return agree + conflict > 0 ? agree / static_cast<double>(agree + conflict) : 0;
 }
 
+std::uint32_t in_1e4(double share) { return static_cast<std::uint32_t>(std::lround(1e4 * share)); }
+
 LinkReason refine_by_icp(const Cloud& r, const Cloud& s, PairResult& result) {
   IcpConfig config;
   config.max_distance_m = 0.08f;
   const IcpResult icp = Icp(config).align(r.grid, s.cells, result.T_r_s);
   result.error_m = icp.error_m;
-  const bool overlaps = icp.inliers >= kMinOverlap * static_cast<double>(s.cells.size());
-  if (icp.reason == IcpReason::too_few_inliers || !overlaps || icp.error_m > kMaxIcpError_m)
-    return LinkReason::icp_failed;
+  const double overlap = s.cells.empty() ? 0 : icp.inliers / static_cast<double>(s.cells.size());
+  result.measured = in_1e4(overlap);
+  if (icp.reason == IcpReason::too_few_inliers || overlap < kMinOverlap) return LinkReason::little_overlap;
+  result.measured = static_cast<std::uint32_t>(std::lround(1e6 * std::min(icp.error_m, 1000.0)));
+  if (icp.error_m > kMaxIcpError_m) return LinkReason::icp_failed;
   const Pose off = result.T_r_s.inverse() * icp.T_target_source;
   if (icp.converged && off.t.norm() < kAgree_m && rotation_cosine(off.R) > kAgreeCosine)
     result.T_r_s = icp.T_target_source;
   const double agreement = std::min(free_space_agreement(r.grid, s.cells, result.T_r_s),
                                     free_space_agreement(s.grid, r.cells, result.T_r_s.inverse()));
-  return agreement >= kMinAgreement ? LinkReason::accepted : LinkReason::inconsistent;
+  result.measured = in_1e4(agreement);
+  return agreement >= kMinAgreement ? LinkReason::accepted : LinkReason::seen_through;
 }
 
 TwoViewConfig two_view_config(const VerifyConfig& config) {
@@ -141,6 +146,8 @@ Verified verify_clouds(const Cloud& r, const Cloud& s, const VerifyConfig& confi
   v.result.inliers = motion.inliers;
   v.result.ratio = motion.inliers / static_cast<double>(fewest);
   v.result.reason = link_reason(motion.reason);
+  const bool agreeing = v.result.reason == LinkReason::ransac_failed;
+  v.result.measured = static_cast<std::uint32_t>(agreeing ? v.result.inliers : v.result.matches);
   if (motion.reason != TwoViewReason::ok) return v;
   v.result.T_r_s = motion.T_b_a;
   for (std::size_t i = 0; i < motion.matches.size(); ++i) {

@@ -21,8 +21,9 @@ Cloud unpack(const KeyframeRecord& record, Normals normals = Normals::fitted);
 struct PairResult {
   LinkReason reason = LinkReason::too_few_matches;
   int matches = 0, inliers = 0;
-  double ratio = 0;    // quality: inliers / min(features of r, features of s)
-  double error_m = 0;  // ICP's rms
+  double ratio = 0;            // quality: inliers / min(features of r, features of s)
+  double error_m = 0;          // ICP's rms
+  std::uint32_t measured = 0;  // see LinkReason, of a refusal
   Pose T_r_s;
 };
 

@@ -9,15 +9,21 @@
 
 namespace onemap::mapping {
 
+// Why a pair is not linked, of its most promising two clouds, and after the slash what LinkRecord::measured then is.
 enum class LinkReason : std::uint8_t {
   accepted = 0,
-  too_few_matches,
-  fundamental_failed,
-  depth_incoherent,
-  ransac_failed,
-  icp_failed,
-  inconsistent
+  too_few_matches,     // features that match / so many
+  fundamental_failed,  // no fundamental matrix / features that match
+  depth_incoherent,    // too few of them have depths that agree / features that match
+  ransac_failed,       // no rigid motion / matches that agree with the best
+  icp_failed,          // the depth grids do not fit / their rms error, micrometres
+  inconsistent,        // too few pairs of clouds agree / so many
+  little_overlap,      // of the depth grids / the share that fits, in 1/10000
+  seen_through,        // one lies where the other saw free space / the share that does not, in 1/10000
+  another_place,       // other pairs agree on another place / so many
+  not_seen_again       // of the clouds that would show one place / the share that does, in 1/10000
 };
+inline constexpr LinkReason kLastLinkReason = LinkReason::not_seen_again;
 
 inline constexpr std::uint32_t kMaxSupportingPairs = 1024, kMaxInliersOfPair = 1000;
 inline constexpr std::size_t kMaxLinkPairs = 256;
@@ -39,6 +45,7 @@ struct LinkRecord {                                // lane poses
   std::uint32_t keyframes_a = 0, keyframes_b = 0;  // so many keyframes of each were looked at
   std::uint32_t keyframe_a = 0, keyframe_b = 0;    // the best pair of clouds r, s
   LinkReason reason = LinkReason::accepted;
+  std::uint32_t measured = 0;          // see LinkReason; 0 when accepted
   std::uint32_t supporting_pairs = 0;  // pairs of clouds that agree with the transform; at most 1024
   std::uint32_t inliers = 0;           // matched features that agree, over all supporting pairs; 1000 of each at most
   std::uint32_t ratio_e4 = 0;          // quality ratio of the best pair: inliers / features, times 10000

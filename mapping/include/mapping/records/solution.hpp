@@ -25,8 +25,11 @@ struct SolvedRobot {
   bool operator==(const SolvedRobot&) const = default;
 };
 
-// What the global map is like, whatever each robot's configuration says: the elected robot's.
+// What the global map is like, whatever each robot's configuration says: voxels as the elected robot has them, and as
+// many blocks as the robot with the least room can hold.
 struct MapParameters {
+  static constexpr std::uint32_t kMostBlocks = 1u << 24;
+
   std::int32_t voxel_um = 20'000, truncation_um = 60'000;  // micrometres; 1 mm to 1 m, and 1 to 100 voxels
   std::uint32_t blocks = 1u << 20;                         // at most so many; 1 to 2^24
   bool operator==(const MapParameters&) const = default;

@@ -76,7 +76,7 @@ class MapFusion {
               const std::function<bool()>& stop) const;
   void start_over();
   void prepare(const MapParameters& map);
-  std::size_t most_decoded() const { return budget_bytes_ / sizeof(SubmapBlock) / 2; }
+  std::size_t most_decoded() const;
 
   const std::size_t budget_bytes_;
   std::unique_ptr<Atlas> atlas_;

@@ -29,6 +29,7 @@ struct RobotBack {  // was gone
 struct LinkLooked {  // somebody looked at a pair; link.reason says whether they are linked
   ChainId author;
   LinkRecord link;
+  bool again = false;  // this robot itself, and refused for the same reason as the last time
 };
 struct PairRuled {  // a person said whether links of a pair (a = b: own loops) count
   RobotId by;

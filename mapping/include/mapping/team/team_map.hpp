@@ -42,6 +42,7 @@ struct TeamView {
   bool settled = false;          // all that will come of all robots is here, verified, solved, and fused
   std::uint64_t digest = 0;      // of the last global map; 0: none yet
   std::vector<Waiting> waiting;  // for the final map, of others
+  std::set<RobotId> greeted;     // whose present lives count: with a valid Hello
   std::set<RobotId> gone;        // silent for too long, so not waited for
   std::set<RobotId> cut_short;   // of those, the ones of which a part is missing for good
   std::map<RobotId, std::uint32_t> keyframes_in_map;  // of the last global map: of each robot's present life
@@ -117,7 +118,7 @@ class TeamMap {
   const std::map<std::uint16_t, RefusedRecords>& refused() const { return refused_; }  // by kind
 
  private:
-  enum class Work { none, verified, solved, fused, thinned };
+  enum class Work { none, looped, verified, solved, fused, thinned };
   void refuse(const RecordId& id, std::uint16_t kind, const std::string& reason);
   void tell(const Record& record, bool first_hello);
   bool find_loops(const Agreement& team, Instant now, const Stop& stop);
@@ -148,6 +149,7 @@ class TeamMap {
   OwnPlaces places_;
   LoopFinder loops_;
   PairVerifier verifier_;
+  std::map<ChainId, LinkRecord> unwritten_;  // the last look at pairs of this life's, by the other, that was no news
   TeamSolver solver_;
   MapUp up_;
   Decision decision_;
@@ -159,10 +161,11 @@ class TeamMap {
   NeedlessKeyframes needless_keyframes_;
   std::size_t needless_looked_at_ = 0;  // so many own records
   SpareRecords spare_;
-  std::set<RecordId> malformed_;                                           // submaps that were to be fused
-  Instant next_solve_{}, next_frontier_{}, next_aim_{}, next_needless_{};  // not before, while robots map
-  std::uint64_t solved_revision_ = 0;                                      // of the log
-  bool final_ = false;                                                     // what is fused is from all that will come
+  std::set<RecordId> malformed_;  // submaps that were to be fused
+  Instant next_loops_{}, next_solve_{}, next_frontier_{}, next_aim_{},
+      next_needless_{};                                      // not before, while robots map
+  std::uint64_t solved_revision_ = 0;                        // of the log
+  bool final_ = false;                                       // what is fused is from all that will come
   std::optional<std::pair<std::uint64_t, Instant>> told_{};  // the solution of the last map that was told, and when
   Instant now_{};                                            // of this step
   Work worked_ = Work::none;                                 // the last step

@@ -27,6 +27,7 @@ struct TeamMember {
   std::uint64_t incarnation = 0;  // of the life that these records are from
   std::string name, camera;       // no name: no valid Hello yet, so this life does not count; camera is printable
   std::uint64_t repeats = 0;      // the earlier life whose records these are again; 0: none
+  std::uint32_t map_blocks = 0;   // as many its global map can hold; 0: not said
   std::optional<FinishedRecord> finished;
   KeyframeLog keyframes;                   // all of them
   SubmapLog submaps;                       // all of them

@@ -23,6 +23,8 @@ class TeamSolver {
   std::uint64_t solved() const { return solved_; }  // how often
 
  private:
+  MapParameters held_by_all(const TeamLog& log) const;
+
   struct Answer {
     std::uint64_t revision = 0;
     std::optional<std::vector<std::uint8_t>> in_use;

@@ -14,7 +14,7 @@ namespace onemap::mapping {
 // What is known of a pair of lives, or of one life's own loops (a = b).
 struct WhyPair {
   ChainId a, b;                            // a <= b
-  std::optional<LinkRecord> link;          // the verification that counts; nothing: nobody has looked
+  std::optional<LinkRecord> link;          // the verification that counts; nothing: nobody has looked or said so
   std::optional<Rulings::Ruling> ruling;   // what a person said last
   PairVerdict verdict;                     // of the pose graph over the pair
   std::map<LinkUse, std::uint32_t> pairs;  // verified pairs of keyframes, by what the graph does with them
