@@ -7,6 +7,7 @@
 #include <deque>
 
 #include "daemon/fleet/link_emulator.hpp"
+#include "daemon/fleet/link_graph.hpp"
 #include "support/running.hpp"
 
 namespace onemap {
@@ -16,17 +17,18 @@ using namespace std::chrono_literals;
 using test::Robot;
 using testing::HasSubstr;
 
-// Five robots in one room, in a ring whose links lose a fifth of all datagrams. Slow enough for a small machine.
-struct Living : testing::Test {
+// Five robots in one room, whose links lose a fifth of all datagrams: each hears all others, or two in a ring (the
+// paper's figure 3). Slow enough for a small machine.
+struct Living : testing::TestWithParam<const char*> {
   static constexpr std::size_t kTeam = 5;
   const test::TempFolder folder;
+  std::vector<daemon::FleetLink> graph;
   std::unique_ptr<daemon::LinkEmulator> links;
   std::deque<Robot> robots;
 
   void SetUp() override {
-    std::vector<daemon::FleetLink> ring;
-    for (std::size_t i = 0; i < kTeam; ++i) ring.push_back({i, (i + 1) % kTeam});
-    auto opened = daemon::LinkEmulator::open(ring, {0.2, {}, 3});
+    graph = daemon::parse_graph(GetParam(), kTeam).value();
+    auto opened = daemon::LinkEmulator::open(graph, {0.2, {}, 3});
     ASSERT_TRUE(opened.ok()) << opened.error().text();
     links = std::move(*opened);
     links->start();
@@ -35,8 +37,9 @@ struct Living : testing::Test {
   }
   Robot& start(std::size_t i) {
     std::vector<std::string> arguments{"--speed", "0.15", "--listen", "127.0.0.1:0", "--config", folder / "team.toml"};
-    for (const std::size_t link : {i, (i + kTeam - 1) % kTeam})
-      arguments.insert(arguments.end(), {"--peer", fmt::format("127.0.0.1:{}", links->port(link, i))});
+    for (std::size_t link = 0; link < graph.size(); ++link)
+      if (graph[link].first == i || graph[link].second == i)
+        arguments.insert(arguments.end(), {"--peer", fmt::format("127.0.0.1:{}", links->port(link, i))});
     return robots.emplace_back(folder, std::string(1, static_cast<char>('a' + i)),
                                fmt::format("simulated:living-room?robot={}&robots=5&frames=100000&seed=3", i + 1),
                                arguments);
@@ -75,7 +78,10 @@ bool finds_itself(const Robot& robot) {
   return status.is_object() && !status.at("pose").at("T_map_odom").is_null();
 }
 
-TEST_F(Living, OneMapThroughLossDeathAndReturn) {
+INSTANTIATE_TEST_SUITE_P(Graphs, Living, testing::Values("ring", "complete"),
+                         [](const auto& graph) { return graph.param; });
+
+TEST_P(Living, OneMapThroughLossDeathAndReturn) {
   Robot &a = start(0), &b = start(1), &c = start(2), &d = start(3);
   ASSERT_TRUE(agree({&a, &b, &c, &d}, 4)) << logs();
   Robot& late = start(4);
