@@ -154,7 +154,8 @@ TEST_F(RulingsTest, WhySaysWhatJoinsAndOverWhom) {
   const Why indirect = *robot.map().why(a.id(), c.id());
   EXPECT_TRUE(indirect.one_map);
   EXPECT_THAT(indirect.way, testing::ElementsAre(a.chain(), b.chain(), c.chain()));
-  EXPECT_TRUE(indirect.pairs.empty()) << "nobody has looked";
+  ASSERT_EQ(indirect.pairs.size(), 1u) << "it has looked itself, which no record says while robots map";
+  EXPECT_EQ(indirect.pairs[0].link->reason, LinkReason::too_few_matches);
 }
 
 TEST_F(RulingsTest, WhyNamesWhoTookALinkBack) {
