@@ -129,12 +129,13 @@ Read the configuration again.
 .B systemctl enable \-\-now onemapd
 starts it with the machine, as the user
 .BR onemap .
-It is ready when the camera and the sockets are up; a camera that is not there yet is tried for again every two seconds, and a
-wrong configuration (exit status 2) is not.
+It is ready when the camera and the sockets are up; a camera that is not there yet, or a control socket that cannot be made, is
+tried for again every two seconds, and a wrong configuration (exit status 2) is not.
 .B systemctl status onemapd
 shows what the robot is doing.
-A daemon that ended badly, and one of whose threads does not get on any more, is started again, and finds its place in what its
-neighbours hold.
+A daemon that ended badly, and one of whose mapping threads (capture, pipeline, publisher, team, radio) does not get on any more,
+is started again, and finds its place in what its neighbours hold.
+What a thread writes that only keeps or draws is watched by nobody: a disk may take its time.
 Several robots of one machine are
 .BI onemapd@ NAME .service\fR,
 with the file
