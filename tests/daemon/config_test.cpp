@@ -90,6 +90,20 @@ TEST_F(ConfigFile, RefusesBadValuesWithTheirLineAndWhatIsAccepted) {
   EXPECT_THAT(refused("[robot]\ncamera = \"teapot:x\"\n", 2), HasSubstr("known: replay, simulated"));
 }
 
+// A start would fail for ever: the kernel's addresses of sockets are that short.
+TEST_F(ConfigFile, PathsOfSocketsHaveTheLengthThatIsPrinted) {
+  for (const auto& [section, most] : {std::pair{"control", 107}, std::pair{"poses", 102}}) {
+    const auto text = [name = section](int size) {
+      return fmt::format("[{}]\n\nsocket = \"/{}\"\n", name, std::string(static_cast<std::size_t>(size - 1), 'a'));
+    };
+    EXPECT_TRUE(load(text(most)).ok()) << section;
+    EXPECT_THAT(refused(text(most + 1), 3),
+                AllOf(HasSubstr(fmt::format("{}.socket", section)), HasSubstr(fmt::format("{} bytes", most + 1)),
+                      HasSubstr(fmt::format("have {}", most))));
+    EXPECT_THAT(find_key(section, "socket")->values, HasSubstr(fmt::format("at most {} bytes", most)));
+  }
+}
+
 TEST_F(ConfigFile, OfWordsItSaysTheNearest) {
   const auto near = [](const std::string& word) { return HasSubstr("; did you mean \"" + word + "\"?"); };
   EXPECT_THAT(refused("[tracking]\nfeatures = \"surv\"\n", 2), AllOf(HasSubstr("neither surf nor orb"), near("surf")));
@@ -99,8 +113,12 @@ TEST_F(ConfigFile, OfWordsItSaysTheNearest) {
   EXPECT_THAT(refused("[snapshots]\nviews = [\"fit\", \"folow\"]\n", 2),
               AllOf(HasSubstr("\"folow\" is not one of \"fit\", \"top\""), near("follow")));
   EXPECT_THAT(refused("[record]\nformats = [\"tom\"]\n", 2), near("tum"));
+  EXPECT_THAT(refused("[snapshots]\nviews = [\"tpo\"]\n", 2), near("top")) << "two letters that changed places";
+  EXPECT_THAT(refused("[robot]\ncamera = \"simulatd:office\"\n", 2), near("simulated"));
+  EXPECT_THAT(refused("[robot]\ncamera = \"autoo\"\n", 2), AllOf(HasSubstr("or auto"), near("auto")));
   for (const char* far : {"[tracking]\nfeatures = \"sift\"\n", "[snapshots]\nviews = [\"moonlight\"]\n",
-                          "[snapshots]\nviews = [\"fit\", \"fit\"]\n", "[run]\nspeed = \"fastest\"\n"})
+                          "[snapshots]\nviews = [\"fit\", \"fit\"]\n", "[run]\nspeed = \"fastest\"\n",
+                          "[robot]\ncamera = \"teapot:office\"\n", "[robot]\ncamera = \"simulated:offfice\"\n"})
     EXPECT_THAT(refused(far, 2), Not(HasSubstr("did you mean"))) << far;
 }
 
