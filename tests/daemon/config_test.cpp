@@ -7,7 +7,8 @@
 #include <limits>
 
 #include "daemon/config_key.hpp"
-#include "temp_folder.hpp"
+#include "support/team_key.hpp"
+#include "support/temp_folder.hpp"
 
 namespace onemap::daemon {
 namespace {
@@ -300,6 +301,30 @@ TEST(CheckConfig, AsksForWhatADaemonCannotDoWithout) {
   config.camera = "replay:x";
   config.id = "../a";
   EXPECT_THAT(check_config(config).error().text(), HasSubstr("'../a'"));
+}
+
+// At the line that names it; what nobody named and a robot alone does not need is not asked for.
+TEST(CheckConfig, AsksForTheKeysThatTheStartReads) {
+  const test::TempFolder folder;
+  Config config;
+  config.id = "a";
+  config.out = folder / "out";
+  config.team_key_file = folder / "team.key";
+  config.origins["team.key_file"] = "c.toml:7";
+  EXPECT_THAT(check_config(config).error().text(),
+              AllOf(testing::StartsWith("c.toml:7: team.key_file: " + config.team_key_file), HasSubstr("No such file"),
+                    HasSubstr("onemapctl team join")));
+  EXPECT_EQ(test::team_key(folder), config.team_key_file);
+  EXPECT_TRUE(check_config(config).ok()) << check_config(config).error().text();
+  config.listen = "127.0.0.1:0";
+  EXPECT_TRUE(check_config(config).ok()) << "what is not there yet is made";
+  folder.write("out/known_robots", "bert 12\n");
+  EXPECT_THAT(check_config(config).error().text(), HasSubstr("known_robots:1: expected a robot's name and its key"));
+  folder.write("out/identity", "spoilt\n");
+  std::filesystem::permissions(folder / "out/identity", std::filesystem::perms::owner_read);
+  EXPECT_THAT(check_config(config).error().text(), HasSubstr("identity: is not a robot's key"));
+  config.listen.clear();
+  EXPECT_TRUE(check_config(config).ok()) << "alone it needs neither";
 }
 
 TEST(CheckConfig, AsksTheMapper) {
