@@ -181,7 +181,8 @@ void App::note_status(const Status& written) {
 }
 
 void App::watch(Instant now) {
-  const std::array hearts{&capture_->heartbeat(), &pipeline_->heartbeat(), &team_->heartbeat(), &radio_->heartbeat()};
+  const std::array hearts{&capture_->heartbeat(), &pipeline_->heartbeat(), &pipeline_->publisher_heartbeat(),
+                          &team_->heartbeat(), &radio_->heartbeat()};
   service_.watch(hearts, now);
 }
 
