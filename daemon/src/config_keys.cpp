@@ -222,6 +222,11 @@ void add_map(std::vector<ConfigKey>& keys) {
   keys.push_back(number(
       {"map", "plan_cell_m", "side of a square of the floor plan (map.pgm) in metres"}, kPlanCell_m,
       [](auto& c) -> auto& { return c.plan.space.cell_m; }));
+  keys.push_back(yes_or_no(
+      {"map", "refresh_plan",
+       "write map.pgm and map.yaml in OUT anew while the robot works: when the settled map has changed, at most every "
+       "30 seconds; else at the end and with a snapshot that holds the plan; not with run.once"},
+      [](auto& c) -> auto& { return c.refresh_plan; }));
   keys.push_back(megabytes(
       {"map", "plan_budget_mb", "MB for the free space under the floor plan; full: votes are refused and counted"},
       kBudget, [](auto& c) -> auto& { return c.plan.space.budget_bytes; }));

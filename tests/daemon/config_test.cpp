@@ -243,6 +243,7 @@ TEST_F(ConfigFile, TheExampleCarriesEveryValue) {
   all.global_budget_bytes = 6u << 20;
   all.places_budget_bytes = 7u << 20;
   all.plan.space.cell_m = 0.1;
+  all.refresh_plan = false;
   all.plan.space.budget_bytes = 9u << 20;
   all.find_pairs = mapping::FindPairs::all_pairs;
   all.record = {true, {"mcap"}, 10u << 20, 11u << 20};

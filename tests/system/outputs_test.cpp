@@ -79,5 +79,23 @@ TEST(Outputs, ByTheClockARunningDaemonDrawsFromBehindItAndRewritesItsFloorPlan) 
   EXPECT_EQ(robot.stop(), 0) << robot.log();
 }
 
+// Nobody asked: whoever drives by the plan has it, and nothing else is drawn.
+TEST(Outputs, TheFloorPlanIsThereWhileARobotWorks) {
+  const TempFolder folder;
+  for (const bool refresh : {true, false}) {
+    const std::string off = refresh ? "" : "[map]\nrefresh_plan = false\n";
+    const auto config = settings(folder, "[run]\nmerge_while_mapping_s = 1\n" + off);
+    Robot robot(folder, refresh ? "on" : "off", "simulated:house?frames=100000&seed=4", {"--config", config});
+    ASSERT_TRUE(test::wait_until([&] { return fs::exists(robot.out() / "settled-map"); }, 240s)) << robot.log();
+    if (refresh) {
+      EXPECT_TRUE(test::wait_until([&] { return fs::exists(robot.out() / "map.yaml"); }, 240s)) << robot.log();
+      EXPECT_THAT(test::text_of(robot.out() / "map.pgm"), testing::StartsWith("P5\n# onemap"));
+    }
+    EXPECT_FALSE(fs::exists(robot.out() / "snapshots"));
+    robot.process().kill();
+    EXPECT_EQ(fs::exists(robot.out() / "map.yaml"), refresh);
+  }
+}
+
 }  // namespace
 }  // namespace onemap

@@ -82,7 +82,7 @@ TEST_F(SystemService, AQuickStopKeepsTheMapAndDrawsNothing) {
   EXPECT_EQ(robot.exit_code(), 0);
   const std::string state = folder_ / "state";
   EXPECT_GE(test::lines(state + "/trajectory.txt"), 1u);
-  for (const char* slow : {"/local.png", "/local.glb", "/map.pgm"})
+  for (const char* slow : {"/local.png", "/local.glb"})  // map.pgm may be of the map that was settled before
     EXPECT_FALSE(std::filesystem::exists(state + slow)) << slow;
   const std::string pointer = test::text_of(state + "/settled-map"), digest = pointer.substr(0, pointer.find(' '));
   EXPECT_EQ(
