@@ -135,7 +135,10 @@ void TeamSeal::keep_pins(Log& log) {
   std::string text;
   for (const auto& [robot, key] : pins_.all()) text += fmt::format("{} {}\n", robot.name(), hex(key));
   if (auto kept = write_text_file(known_robots_file(), text); !kept) {
-    log.limited("known robots", "the keys of robots that were met cannot be kept: {}", kept.error().text());
+    log.limited("known robots",
+                "the keys of robots that were met cannot be kept: {}; make room or OUT writable, or whoever takes a "
+                "robot's name after a restart is believed",
+                kept.error().text());
     return;
   }
   pins_kept_ = pins_.all().size();
