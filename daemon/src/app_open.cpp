@@ -13,8 +13,7 @@ namespace {
 MapKeeper::Then plan_of(std::shared_ptr<const MapCopy> copy, const Config& config) {
   if (!config.refresh_plan || config.once) return {};
   return [copy = std::move(copy), &config](const std::function<bool()>& stop) -> Status {
-    const auto written =
-        write_plan({copy->log, &*copy->solution, &*copy->map}, config.plan, {config.out + "/map"}, stop);
+    const auto written = write_plan({copy->log, &*copy->solution}, config.plan, {config.out + "/map"}, stop);
     return written ? success() : Status(written.error());
   };
 }
@@ -23,9 +22,11 @@ MapKeeper::Take settled_map_of(Team& team, const Config& config) {
   return [take = take_from(team), &config](const std::function<bool()>& stop) -> std::optional<MapKeeper::Saved> {
     auto taken = take(stop);
     if (!taken || !taken->map || !taken->solution) return std::nullopt;
-    const auto copy = std::make_shared<const MapCopy>(std::move(*taken));
-    const MapSource source{copy->log, &*copy->solution, &*copy->map};
-    return MapKeeper::Saved{copy->digest, save_global(source, "the last map of " + config.id), plan_of(copy, config)};
+    const MapSource source{taken->log, &*taken->solution, &*taken->map};
+    MapKeeper::Saved saved{taken->digest, save_global(source, "the last map of " + config.id), {}};
+    taken->map.reset();  // the plan is of keyframes
+    saved.then = plan_of(std::make_shared<const MapCopy>(std::move(*taken)), config);
+    return saved;
   };
 }
 }  // namespace
