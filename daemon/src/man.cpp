@@ -172,8 +172,39 @@ The service's state folder:
 .I log
 (the records of the whole team, which outlive this robot),
 .I status.json
-(what it is doing), and what it writes at its end: trajectories, maps, pictures and
-.IR report.json .
+(what it is doing),
+.I identity
+and
+.I known_robots
+(this robot's key, and those of the robots that it has met),
+.I settled\-map
+and the
+.I map\-DIGEST.omap
+that it names (the last map that all robots held, which
+.B onemap\-view
+draws when the robot is off),
+.I map.pgm
+and
+.I map.yaml
+(its floor plan, if
+.BR map.refresh_plan ).
+At its end the service, which is stopped within two seconds
+.RB ( \-\-quick\-stop ),
+writes the map once more,
+.IR trajectory.txt ,
+.IR global/*.txt ,
+.I graph.g2o
+and
+.IR report.json ;
+without that option pictures, models and the last floor plan are written, too.
+.PP
+What is spoilt there is set aside under another name, which the log says, and the daemon goes on without it.
+The exception are
+.I identity
+and
+.IR known_robots ,
+of a robot that is not alone: without them whoever takes a robot's name would be believed, so the start ends (exit status 2, which
+the service manager does not try again) until somebody brings the file back, mends it or removes it.
 .SH SEE ALSO
 .BR onemap.toml (5),
 .BR onemapctl (1),
