@@ -49,20 +49,21 @@ void MapKeeper::run() {
 }
 
 void MapKeeper::keep() {
-  map_.trying(now());
   const std::function<bool()> stop = [this] { return stopping_.load(); };
   Then then;
   const Status kept = guarded("settled map", [&] {
     auto saved = take_(stop);
-    if (!saved) return success();
+    if (!saved) return success();  // the team is on its way to another one: the next look asks again
     then = std::move(saved->then);
     return map_.keep(saved->digest, saved->bytes, now());
   });
-  if (!kept)
+  if (!kept) {
+    map_.trying(now());
     log_.limited("settled map",
                  "the settled map is not kept: {}; the one before stays, and it is tried again soon: make room, or OUT "
                  "writable",
                  kept.error().text());
+  }
   if (!then || stop()) return;
   if (const Status done = guarded("floor plan", [&] { return then(stop); }); !done)
     log_.limited(

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "daemon/clock.hpp"
+#include "support/running.hpp"
 #include "support/text_of.hpp"
 #include "temp_folder.hpp"
 
@@ -68,17 +69,39 @@ TEST_F(MapKeeperTest, WhatFollowsAMapIsMadeOfEachThatIsKept) {
     MapKeeper keeper(map_, take, failures_, log_);
     keeper.start();
     keeper.tick(1, true, now());
-    made.acquire();
+    ASSERT_TRUE(made.try_acquire_for(test::kPatience * 20s));
     digest = 2;
-    while (!made.try_acquire()) {
-      keeper.tick(2, true, now() + 1min);
-      std::this_thread::sleep_for(1ms);
-    }
+    EXPECT_TRUE(test::wait_until(
+        [&] {
+          keeper.tick(2, true, now() + 1min);
+          return made.try_acquire();
+        },
+        20s));
   }
   EXPECT_THAT(testing::internal::GetCapturedStderr(),
               testing::AllOf(testing::HasSubstr("map.pgm and map.yaml stay as they were: map.pgm: no room; make room"),
                              testing::HasSubstr("map.refresh_plan")));
   EXPECT_FALSE(failures_.any());
+}
+
+// A team that is on its way from one map to the next most of the time is asked until it has one.
+TEST_F(MapKeeperTest, AMapThatIsNotThereNowIsAskedForAgainAtOnce) {
+  std::atomic<int> asked = 0;
+  const auto take = [&](const auto&) -> std::optional<Saved> {
+    if (++asked < 4) return std::nullopt;
+    return Saved{1, {1}, {}};
+  };
+  MapKeeper keeper(map_, take, failures_, log_);
+  keeper.start();
+  const Instant same = now();
+  EXPECT_TRUE(test::wait_until(
+      [&] {
+        keeper.tick(1, true, same);
+        return std::filesystem::exists(folder_ / "settled-map");
+      },
+      20s));
+  keeper.stop();
+  EXPECT_EQ(asked, 4);
 }
 
 TEST_F(MapKeeperTest, NobodyWaitsForItButItsEnd) {

@@ -26,7 +26,8 @@ Result<mapping::Survey> survey_of(
     const std::function<bool()>& stop = [] { return false; });
 
 // The same written as STEM.pgm and STEM.yaml while the robot works: of few keyframes, so that it takes at most a second
-// or two. False, and nothing is written: no floor is seen (a desk is no failure), or stop() said true.
+// or two. It needs no voxels. False, and nothing is written: no floor is seen (a desk is no failure), or stop() said
+// true.
 Result<bool> write_plan(const MapSource& from, mapping::SurveyConfig config, const std::vector<std::string>& stems,
                         const std::function<bool()>& stop);
 
