@@ -5,9 +5,8 @@
 # Sets $deb.
 make_package() {
   step "package"
-  configure_and_build release onemapd onemapctl onemap-view onemap-fleet onemap-eval onemap-calibrate man-pages
   rm -f build/release/onemap_*.deb
-  (cd build/release && cpack -G DEB >"$work/cpack.log" 2>&1) || { cat "$work/cpack.log"; exit 1; }
+  configure_and_build release package  # cmake --build --preset release --target package
   deb=$(ls build/release/onemap_*.deb)
 }
 

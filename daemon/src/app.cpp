@@ -78,7 +78,10 @@ void App::keep_map(const Harvest& harvest) {
     const auto map = harvest.saved_map();
     return map ? kept_map_->keep(digest, *map, now()) : success();
   });
-  if (!kept) log_.warn("the settled map is not kept: {}; the one before stays", kept.error().text());
+  if (!kept)
+    log_.warn(
+        "the settled map is not kept: {}; the one before stays; make room, or OUT writable, before the next start",
+        kept.error().text());
 }
 
 OutgoingRecord App::greeting() const {
@@ -177,13 +180,14 @@ void App::tick() {
 // A disk that is full or gone is no reason to end: the map is with the team, and the disk may come back.
 void App::note_status(const Status& written) {
   if (!written && status_written_)
-    log_.warn("{}; going on without it until that can be written", written.error().text());
+    log_.warn("{}; going on without it until that can be written: make room, or OUT writable", written.error().text());
   if (written && !status_written_) log_.line("{}/status.json is written again", config_.out);
   status_written_ = written.ok();
 }
 
 void App::watch(Instant now) {
-  const std::array hearts{&capture_->heartbeat(), &pipeline_->heartbeat(), &team_->heartbeat(), &radio_->heartbeat()};
+  const std::array hearts{&capture_->heartbeat(), &pipeline_->heartbeat(), &pipeline_->publisher_heartbeat(),
+                          &team_->heartbeat(), &radio_->heartbeat()};
   service_.watch(hearts, now);
 }
 
@@ -241,7 +245,8 @@ Exit App::verdict(End end, const Status& written) {
     for (const std::string& peer : radio.peers_never_heard)
       log_.warn("peer {} was never heard: does it run with the same team key, is the address right?", peer);
     if (radio.left_out > 0)
-      log_.warn("the map is without {} records of this robot: the store had no room", radio.left_out);
+      log_.warn("the map is without {} records of this robot: the store had no room; raise network.store_budget_mb",
+                radio.left_out);
     const std::set<RobotId> cut_short = team_->view().cut_short;
     if (!cut_short.empty()) log_.warn("the map is without the rest of {}: silent to the end", names(cut_short));
     complete = complete && standing_.agreed && radio.peers_never_heard.empty() && radio.id_also_used_at.empty() &&

@@ -10,12 +10,24 @@ namespace onemap::daemon {
 
 namespace {
 
-MapKeeper::Take settled_map_of(Team& team, const std::string& id) {
-  return [take = take_from(team), id](const std::function<bool()>& stop) -> std::optional<MapKeeper::Saved> {
-    const auto copy = take(stop);
-    if (!copy || !copy->map || !copy->solution) return std::nullopt;
-    const MapSource source{copy->log, &*copy->solution, &*copy->map};
-    return MapKeeper::Saved{copy->digest, save_global(source, "the last map of " + id)};
+// Of the same copy, for whoever drives by it. A recording is played to its end, and has its plan then.
+MapKeeper::Then plan_of(std::shared_ptr<const MapCopy> copy, const Config& config) {
+  if (!config.refresh_plan || config.once) return {};
+  return [copy = std::move(copy), &config](const std::function<bool()>& stop) -> Status {
+    const auto written = write_plan({copy->log, &*copy->solution}, config.plan, {config.out + "/map"}, stop);
+    return written ? success() : Status(written.error());
+  };
+}
+
+MapKeeper::Take settled_map_of(Team& team, const Config& config) {
+  return [take = take_from(team), &config](const std::function<bool()>& stop) -> std::optional<MapKeeper::Saved> {
+    auto taken = take(stop);
+    if (!taken || !taken->map || !taken->solution) return std::nullopt;
+    const MapSource source{taken->log, &*taken->solution, &*taken->map};
+    MapKeeper::Saved saved{taken->digest, save_global(source, "the last map of " + config.id), {}};
+    taken->map.reset();  // the plan is of keyframes
+    saved.then = plan_of(std::make_shared<const MapCopy>(std::move(*taken)), config);
+    return saved;
   };
 }
 }  // namespace
@@ -40,7 +52,7 @@ Status App::open_rest() {
   capture_ = std::make_unique<Capture>(*camera_, config_.speed, failures_, log_);
   recorder_ = std::make_unique<Recorder>(recorder_config(config_), recorded(*camera_), truth_of(config_.camera), log_);
   snapshots_ = std::make_unique<Snapshots>(config_, take_from(*team_), failures_, log_);
-  map_keeper_ = std::make_unique<MapKeeper>(*kept_map_, settled_map_of(*team_, config_.id), failures_, log_);
+  map_keeper_ = std::make_unique<MapKeeper>(*kept_map_, settled_map_of(*team_, config_), failures_, log_);
   if (auto status = open_poses(); !status) return status;
   capture_->listen([this](const hal::FrameView& frame) { recorder_->offer(frame); });
   Outbox outbox;

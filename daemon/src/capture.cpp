@@ -79,7 +79,7 @@ void Capture::tell(hal::Grab grab) {
   } else if (grab == hal::Grab::gone && !away_) {
     away_ = true;
     ++gone_;
-    log_.warn("the camera is gone: {}; waiting for it", camera_.last_error().text());
+    log_.warn("the camera is gone: {}; waiting for it: look at its cable and power", camera_.last_error().text());
   } else if (grab == hal::Grab::frame && away_) {
     away_ = false;
     log_.line("the camera is back");
@@ -92,11 +92,16 @@ bool Capture::times_increase(hal::Frame& frame) {
   const Verdict verdict = times_.take(frame.colour_time, frame.depth_time);
   time_back_ = times_.refused();
   if (verdict == Verdict::refused)
-    log_.limited("time back", "frame {} refused: its time, {:.3f} s, is not after the one before it", frame.index,
-                 to_seconds(came));
+    log_.limited(
+        "time back",
+        "frame {} refused: its time, {:.3f} s, is not after the one before it; the camera's or the recording's "
+        "stamps are wrong: look for a newer driver, or record it anew",
+        frame.index, to_seconds(came));
   if (verdict == Verdict::moved)
-    log_.warn("the camera's clock was set back: its times are moved by {:.3f} s from here on",
-              to_seconds(times_.shift()));
+    log_.warn(
+        "the camera's clock was set back: its times are moved by {:.3f} s from here on; restart the daemon when "
+        "they shall be its own again",
+        to_seconds(times_.shift()));
   if (verdict == Verdict::returned) log_.line("the camera's clock is ahead again: its times are its own");
   return verdict != Verdict::refused;
 }

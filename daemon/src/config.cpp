@@ -101,6 +101,7 @@ Status check_all(const Config& config) {
   if (auto status = check_addresses(config.listen, config.peers, config.group, own_network()); !status) return status;
   if (team_key_file(config).empty())
     if (auto status = check_reach_without_key(config); !status) return status;
+  if (auto status = check_keys(config); !status) return status;
   return check_memory(config, memory_limit());
 }
 

@@ -1,3 +1,5 @@
+#include <sys/un.h>
+
 #include "comms/udp/udp_port.hpp"
 #include "daemon/addresses.hpp"
 #include "daemon/cameras.hpp"
@@ -20,9 +22,29 @@ Status check_id(const std::string& id) {
   return Error{"", "'" + id + "' is not 1 to 16 characters of A-Z a-z 0-9 _ . -, the first no '.'"};
 }
 
+// What is no address because of its first word: the nearest that would begin one.
+std::string near_camera(const std::string& address) {
+  const std::size_t colon = address.find(':');
+  std::vector<std::string_view> words;
+  for (const hal::Backend& backend : camera_backends()) words.push_back(backend.name);
+  const std::string word = address.substr(0, colon);
+  if (std::ranges::find(words, word) != words.end()) return "";
+  if (colon == std::string::npos) words.push_back("auto");
+  return near_word(word, words);
+}
+
 Status check_camera_address(const std::string& address) {
   const Status status = hal::check_address(camera_backends(), address);
-  return status ? success() : Error{"", status.error().text()};
+  return status ? success() : Error{"", status.error().text() + near_camera(address)};
+}
+
+constexpr std::size_t kSocketPath = sizeof sockaddr_un::sun_path - 1;
+constexpr std::size_t kPosesPath = kSocketPath - std::string_view(".odom").size();
+
+template <std::size_t most>
+Status check_length(const std::string& path) {
+  if (path.size() <= most) return success();
+  return Error{"", fmt::format("a path of {} bytes, and a socket's may have {} here", path.size(), most)};
 }
 
 Status set_speed(const ConfigValue& value, Config& config) {
@@ -200,6 +222,11 @@ void add_map(std::vector<ConfigKey>& keys) {
   keys.push_back(number(
       {"map", "plan_cell_m", "side of a square of the floor plan (map.pgm) in metres"}, kPlanCell_m,
       [](auto& c) -> auto& { return c.plan.space.cell_m; }));
+  keys.push_back(yes_or_no(
+      {"map", "refresh_plan",
+       "write map.pgm and map.yaml in OUT anew while the robot works: when the settled map has changed, at most every "
+       "30 seconds; else at the end and with a snapshot that holds the plan; not with run.once"},
+      [](auto& c) -> auto& { return c.refresh_plan; }));
   keys.push_back(megabytes(
       {"map", "plan_budget_mb", "MB for the free space under the floor plan; full: votes are refused and counted"},
       kBudget, [](auto& c) -> auto& { return c.plan.space.budget_bytes; }));
@@ -209,7 +236,8 @@ void add_control(std::vector<ConfigKey>& keys) {
   keys.push_back(text({"control", "socket",
                        "Unix socket for onemapctl; empty: $RUNTIME_DIRECTORY/control.sock, else "
                        "$XDG_RUNTIME_DIR/onemap/ID.sock, else OUT/control.sock"},
-                      "a path of at most 107 bytes", &Config::control_socket, any));
+                      fmt::format("a path of at most {} bytes", kSocketPath), &Config::control_socket,
+                      check_length<kSocketPath>));
   keys.push_back(text({"control", "tcp", "TCP port of loopback that answers the same and changes nothing; empty: none"},
                       "ADDR:PORT of loopback, such as 127.0.0.1:4680", &Config::control_tcp, check_loopback));
   keys.push_back(text({"control", "metrics", "TCP port of loopback for Prometheus (GET /metrics); empty: none"},
@@ -259,7 +287,8 @@ void add_poses(std::vector<ConfigKey>& keys) {
   keys.push_back(text({"poses", "socket",
                        "Unix sockets for other programs, a line `time tx ty tz qx qy qz qw` a frame: SOCKET.odom never "
                        "jumps, SOCKET.map may; empty: none"},
-                      "a path of at most 102 bytes", &Config::poses_socket, any));
+                      fmt::format("a path of at most {} bytes", kPosesPath), &Config::poses_socket,
+                      check_length<kPosesPath>));
 }
 
 constexpr ConfigSection kSections[] = {

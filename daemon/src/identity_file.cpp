@@ -60,10 +60,8 @@ Status write_new(const std::string& file, const comms::SecretSeed& seed) {
 
 }  // namespace
 
-Result<comms::Identity> open_identity(const std::string& file) {
+Result<comms::Identity> read_identity(const std::string& file) {
   struct stat entry {};
-  if (::stat(file.c_str(), &entry) != 0 && errno == ENOENT)
-    if (Status made = write_new(file, new_seed()); !made) return made.error();
   if (::stat(file.c_str(), &entry) != 0) return Error{file, fmt::format("cannot be read: {}", std::strerror(errno))};
   if ((entry.st_mode & 077) != 0)
     return Error{file, "others may read this robot's key; chmod 600, and think about who has read it"};
@@ -75,6 +73,13 @@ Result<comms::Identity> open_identity(const std::string& file) {
                  "is not a robot's key (64 hexadecimal digits); bring it back, or remove it and give the robot "
                  "another id: its team knows it by the old key"};
   return comms::Identity(*seed);
+}
+
+Result<comms::Identity> open_identity(const std::string& file) {
+  struct stat entry {};
+  if (::stat(file.c_str(), &entry) != 0 && errno == ENOENT)
+    if (Status made = write_new(file, new_seed()); !made) return made.error();
+  return read_identity(file);
 }
 
 comms::Identity passing_identity() { return comms::Identity(new_seed()); }

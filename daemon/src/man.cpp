@@ -129,12 +129,13 @@ Read the configuration again.
 .B systemctl enable \-\-now onemapd
 starts it with the machine, as the user
 .BR onemap .
-It is ready when the camera and the sockets are up; a camera that is not there yet is tried for again every two seconds, and a
-wrong configuration (exit status 2) is not.
+It is ready when the camera and the sockets are up; a camera that is not there yet, or a control socket that cannot be made, is
+tried for again every two seconds, and a wrong configuration (exit status 2) is not.
 .B systemctl status onemapd
 shows what the robot is doing.
-A daemon that ended badly, and one of whose threads does not get on any more, is started again, and finds its place in what its
-neighbours hold.
+A daemon that ended badly, and one of whose mapping threads (capture, pipeline, publisher, team, radio) does not get on any more,
+is started again, and finds its place in what its neighbours hold.
+What a thread writes that only keeps or draws is watched by nobody: a disk may take its time.
 Several robots of one machine are
 .BI onemapd@ NAME .service\fR,
 with the file
@@ -171,8 +172,39 @@ The service's state folder:
 .I log
 (the records of the whole team, which outlive this robot),
 .I status.json
-(what it is doing), and what it writes at its end: trajectories, maps, pictures and
-.IR report.json .
+(what it is doing),
+.I identity
+and
+.I known_robots
+(this robot's key, and those of the robots that it has met),
+.I settled\-map
+and the
+.I map\-DIGEST.omap
+that it names (the last map that all robots held, which
+.B onemap\-view
+draws when the robot is off),
+.I map.pgm
+and
+.I map.yaml
+(its floor plan, if
+.BR map.refresh_plan ).
+At its end the service, which is stopped within two seconds
+.RB ( \-\-quick\-stop ),
+writes the map once more,
+.IR trajectory.txt ,
+.IR global/*.txt ,
+.I graph.g2o
+and
+.IR report.json ;
+without that option pictures, models and the last floor plan are written, too.
+.PP
+What is spoilt there is set aside under another name, which the log says, and the daemon goes on without it.
+The exception are
+.I identity
+and
+.IR known_robots ,
+of a robot that is not alone: without them whoever takes a robot's name would be believed, so the start ends (exit status 2, which
+the service manager does not try again) until somebody brings the file back, mends it or removes it.
 .SH SEE ALSO
 .BR onemap.toml (5),
 .BR onemapctl (1),

@@ -5,10 +5,13 @@
 #include "daemon/team_words.hpp"
 #include "mapping/team/placed_anchors.hpp"
 #include "mapping/team/way_on_map.hpp"
+#include "render/map_server_writer.hpp"
 
 namespace onemap::daemon {
 
 namespace {
+
+constexpr std::size_t kMostOfALivePlan = 500;  // keyframes, which take milliseconds each
 
 SavedPath make_path(const std::string& name, render::Color color, const std::vector<mapping::StampedPose>& poses,
                     const std::vector<mapping::QuantizedPose>& keyframes) {
@@ -44,10 +47,24 @@ mapping::AtlasConfig global_map(const Config& config) {
   return out;
 }
 
-Result<mapping::Survey> survey_of(const MapSource& from, const mapping::SurveyConfig& config) {
+Result<mapping::Survey> survey_of(const MapSource& from, const mapping::SurveyConfig& config,
+                                  const std::function<bool()>& stop) {
   if (from.solution == nullptr)
-    return survey(mapping::placed_keyframes(from.log, mapping::alone_on_map(from.log.own_chain())), config);
-  return survey(mapping::placed_keyframes(from.log, *from.solution), config, mapping::unit_vector(from.solution->up));
+    return survey(mapping::placed_keyframes(from.log, mapping::alone_on_map(from.log.own_chain())), config,
+                  std::nullopt, stop);
+  return survey(mapping::placed_keyframes(from.log, *from.solution), config, mapping::unit_vector(from.solution->up),
+                stop);
+}
+
+Result<bool> write_plan(const MapSource& from, mapping::SurveyConfig config, const std::vector<std::string>& stems,
+                        const std::function<bool()>& stop) {
+  config.most_keyframes = std::min(config.most_keyframes, kMostOfALivePlan);
+  const auto survey = survey_of(from, config, stop);
+  if (!survey) return false;
+  for (const std::string& stem : stems)
+    if (auto written = render::write_map_server(stem, survey->plan, survey->T_level_map); !written)
+      return written.error();
+  return true;
 }
 
 std::vector<std::uint8_t> save_global(const MapSource& from, const std::string& title) {

@@ -85,20 +85,26 @@ MemoryLimit memory_limit(const fs::path& root) {
   return least;
 }
 
+// While a map is fused, one anchor's submaps are decoded beside it, before and after: each half as much as the map may
+// have (MapFusion). What the local mapper's keyframes take is no key's.
 Status check_memory(const Config& config, const MemoryLimit& limit) {
   struct Budget {
     const char* key;
     std::size_t bytes;
+    unsigned times = 1;
   };
-  const std::array<Budget, 3> budgets{{{"map.budget_mb", config.mapper.map.budget_bytes},
-                                       {"map.global_budget_mb", config.global_budget_bytes},
+  const std::array<Budget, 5> budgets{{{"map.budget_mb", config.mapper.map.budget_bytes},
+                                       {"map.global_budget_mb", config.global_budget_bytes, 2},
+                                       {"map.places_budget_mb", config.places_budget_bytes},
+                                       {"map.plan_budget_mb", config.plan.space.budget_bytes},
                                        {"network.store_budget_mb", config.store_budget_bytes}}};
   std::uint64_t sum = 0;
   std::string each, keys;
-  for (const auto& [key, bytes] : budgets) {
-    sum += bytes;
-    each += fmt::format("{}{}", each.empty() ? "" : " + ", bytes >> 20);
-    keys += fmt::format("{}{}", keys.empty() ? "" : " + ", key);
+  for (const auto& [key, bytes, times] : budgets) {
+    sum += times * bytes;
+    const std::string factor = times == 1 ? "" : fmt::format("{} * ", times);
+    each += fmt::format("{}{}{}", each.empty() ? "" : " + ", factor, bytes >> 20);
+    keys += fmt::format("{}{}{}", keys.empty() ? "" : " + ", factor, key);
   }
   if (sum <= limit.bytes) return success();
   return Error{keys, fmt::format("{} = {} MB, but {} {} MB", each, sum >> 20, limit.what, limit.bytes >> 20)};

@@ -61,7 +61,9 @@ constexpr ManExit kExits[] = {
     {1,
      "something could not be done (the camera cannot be opened, the port is taken, OUT cannot be written to,\n"
      "no frame could be placed, ...); the last lines on stderr say what and why"},
-    {2, "bad command line or configuration file, an address that cannot be right included; nothing was opened"},
+    {2,
+     "bad command line or configuration file, an address that cannot be right or a key that cannot be used included;\n"
+     "nothing was opened"},
     {3, "--once, but stopped before the work was done, or without some of the team; what there was is written"},
 };
 

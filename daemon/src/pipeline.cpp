@@ -80,8 +80,10 @@ void Pipeline::give_up(FrameTime lost) {
   const bool short_one = mapper_->counters().keyframes < kShortChain;
   patience_ = short_one ? std::min<Duration>(2 * patience_, kLongestPatience) : seconds(config_.new_chain_after_s);
   if (begin_chain())
-    log_.warn("lost since {:.1f} s: going on in a map of its own, until somebody knows where it belongs",
-              to_seconds(lost.time_since_epoch()));
+    log_.warn(
+        "lost since {:.1f} s: going on in a map of its own, until somebody knows where it belongs; drive it to "
+        "where the team has been, more slowly and with more light; onemapctl doctor says what else is wrong",
+        to_seconds(lost.time_since_epoch()));
 }
 
 // Nobody takes more keyframes of one chain.

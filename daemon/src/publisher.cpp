@@ -10,8 +10,16 @@ namespace onemap::daemon {
 using mapping::Lane;
 using mapping::RecordKind;
 
+namespace {
+// One record. It waits for the radio, which is watched more closely: of the two it is the radio that is named.
+constexpr auto kPublisherStuckAfter = std::chrono::seconds(30);
+}  // namespace
+
 Publisher::Publisher(const mapping::LocalMapperConfig& config, WhenFull when_full, Outbox outbox, Failures& failures)
-    : when_full_(when_full), outbox_(std::move(outbox)), failures_(failures) {
+    : when_full_(when_full),
+      outbox_(std::move(outbox)),
+      failures_(failures),
+      heartbeat_("publisher", kPublisherStuckAfter) {
   for (Sealed& slot : slots_) {
     mapping::LocalMapper::reserve_record(slot.keyframe, config);
     free_.push(&slot);
@@ -53,9 +61,11 @@ void Publisher::join() { thread_.join(); }
 
 void Publisher::run() {
   while (const auto slot = filled_.pop()) {
+    heartbeat_.beat(now());
     const Duration before = thread_cpu_time();
     encode_and_send(**slot);
     times_.add(thread_cpu_time() - before);
+    heartbeat_.rest();
     free_.push(*slot);
   }
   if (finished_) outbox_.finish(frames_);

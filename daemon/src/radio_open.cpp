@@ -108,7 +108,8 @@ Radio::Store Radio::open_store(const Config& config, Log& log) {
         log.line("{} records of earlier lives and of the team are in {}/log", view.records, config.out);
       return store;
     }
-    log.warn("the log is not kept on the disk: {}; after a restart this robot begins anew", opened.error().text());
+    log.warn("the log is not kept on the disk: {}; after a restart this robot begins anew: make room, or OUT writable",
+             opened.error().text());
   }
   store.log = std::make_unique<comms::MemoryStore>(config.store_budget_bytes);
   return store;

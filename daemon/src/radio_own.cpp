@@ -101,7 +101,12 @@ bool Radio::append_finished(Instant now, std::uint32_t frames) {
                                          published_.submaps};
   const auto stored = node_->append(now, static_cast<std::uint8_t>(mapping::Lane::control),
                                     static_cast<std::uint16_t>(mapping::RecordKind::finished), encode(finished));
-  if (!stored) log_.limited("finished", "cannot tell the team that this robot has finished: {}", stored.error().text());
+  if (!stored)
+    log_.limited(
+        "finished",
+        "cannot tell the team that this robot has finished: {}; the others wait for run.lost_after_s: make room "
+        "on the disk, or raise network.store_budget_mb",
+        stored.error().text());
   return stored.ok();
 }
 
@@ -155,7 +160,9 @@ std::vector<std::uint8_t> again(const Record& record, std::uint64_t before) {
 void Radio::begin_new_life(Instant now) {
   const std::uint64_t outlived = *node_->outlived();
   if (new_lives_ == kMostNewLives) {
-    log_.limited("outlived", "a neighbour says that it knows a later life of this robot ({}); not believed a {}th time",
+    log_.limited("outlived",
+                 "a neighbour says that it knows a later life of this robot ({}); not believed a {}th time: look "
+                 "whether another robot has this robot.id (onemapctl peers), or whose clock is wrong",
                  outlived, kMostNewLives + 1);
     return;
   }

@@ -123,8 +123,10 @@ void Recorder::offer(const hal::FrameView& frame) {
   if (!copy) {
     const std::uint64_t dropped = ++session->dropped;
     if (dropped == 1 || dropped == 100 || dropped % 1000 == 0)
-      log_.warn("recording is slower than the camera: {} frames of it dropped so far; its disk or this machine is busy",
-                dropped);
+      log_.warn(
+          "recording is slower than the camera: {} frames of it dropped so far; record to a faster disk "
+          "(robot.out), one of record.formats alone, or end what else keeps this machine busy",
+          dropped);
     return;
   }
   copy.colour_time = frame.colour_time;

@@ -8,7 +8,6 @@
 
 #include "daemon/clock.hpp"
 #include "daemon/team.hpp"
-#include "render/map_server_writer.hpp"
 
 namespace onemap::daemon {
 
@@ -19,7 +18,6 @@ constexpr auto kLongestDrawing = std::chrono::seconds(120);
 constexpr auto kRest = std::chrono::seconds(10);        // from one snapshot of a changed map to the next
 constexpr auto kMapPatience = std::chrono::seconds(5);  // for the global map that is being built
 constexpr auto kLookForCopy = std::chrono::milliseconds(50);
-constexpr std::size_t kMostKeyframes = 500;  // of a plan, which takes milliseconds each and cannot be left off
 
 bool has(const std::vector<std::string>& words, const char* word) {
   return std::ranges::find(words, word) != words.end();
@@ -138,7 +136,8 @@ Status Snapshots::fill(const std::string& folder, const MapSource& from, const S
     any = true;
   }
   if (has(wish.kinds, "plan")) {
-    const auto planned = plan(folder, from);
+    const auto planned =
+        write_plan(from, config_.plan, {folder + "/map", config_.out + "/map"}, [this] { return stopping_.load(); });
     if (!planned) return planned.error();
     any = any || *planned;
   }
@@ -170,17 +169,6 @@ Result<bool> Snapshots::draw(const MapPicture& picture) {
     ++view_.killed;
   }
   if (!result.status) return result.status.error();
-  return true;
-}
-
-Result<bool> Snapshots::plan(const std::string& folder, const MapSource& from) const {
-  mapping::SurveyConfig config = config_.plan;
-  config.most_keyframes = std::min(config.most_keyframes, kMostKeyframes);
-  const auto survey = survey_of(from, config);
-  if (!survey) return false;  // a desk without a floor is no failure
-  for (const std::string& stem : {folder + "/map", config_.out + "/map"})
-    if (auto written = render::write_map_server(stem, survey->plan, survey->T_level_map); !written)
-      return written.error();
   return true;
 }
 

@@ -13,6 +13,7 @@
 #include "comms/udp/udp_port.hpp"
 #include "control/key_file.hpp"
 #include "daemon/addresses.hpp"
+#include "daemon/identity_file.hpp"
 #include "hal/base/file.hpp"
 
 namespace onemap::daemon {
@@ -42,6 +43,26 @@ void fill(std::span<std::uint8_t> bytes) {
   if (auto filled = control::fill_random(bytes); !filled) std::abort();  // nothing that would be safe to do is left
 }
 
+// A file that cannot be read is not passed over: with it goes what tells a robot from somebody who took its name.
+Result<comms::Pins> read_pins(const std::string& file) {
+  comms::Pins pins;
+  if (!there(file)) return pins;
+  const auto text = read_text_file(file, kSmallFileBytes * 4);
+  if (!text) return text.error();
+  std::istringstream in(*text);
+  std::string line;
+  for (int number = 1; std::getline(in, line); ++number) {
+    std::istringstream words(line);
+    std::string name, key;
+    comms::PublicKey read{};
+    words >> name >> key;
+    if (!RobotId::valid_name(name) || !read_key(key, read) || pins.all().size() >= comms::Pins::kMost)
+      return Error{fmt::format("{}:{}", file, number), "expected a robot's name and its key; mend or remove the line"};
+    pins.pin(RobotId::from_name(name), read);
+  }
+  return pins;
+}
+
 std::string what_to_do(const std::string& why) {
   return why +
          ", and this robot has no team key: it talks to its own machine only; `onemapctl team init` makes a key, "
@@ -69,13 +90,31 @@ Status check_reach_without_key(const Config& config) {
   return Error{"network.group", what_to_do("\"" + config.group + "\" reaches other machines")};
 }
 
+Status check_keys(const Config& config) {
+  const std::string file = team_key_file(config);
+  if (!file.empty() && (!config.alone() || !config.team_key_file.empty()))
+    if (const auto team = control::read_secret(file, control::kTeamKeyKind); !team)
+      return Error{"team.key_file", team.error().text() +
+                                        "; `onemapctl team join` installs a key, and team.key_file = \"none\" does "
+                                        "without"};
+  if (config.alone()) return success();
+  if (const std::string own = config.out + "/identity"; there(own))
+    if (const auto identity = read_identity(own); !identity) return identity.error();
+  if (file.empty()) return success();
+  const auto pins = read_pins(TeamSeal::known_robots_file(config.out));
+  return pins ? success() : Status(pins.error());
+}
+
 Result<std::unique_ptr<TeamSeal>> TeamSeal::open(const Config& config, const comms::Identity& identity, Log& log) {
   const std::string file = team_key_file(config);
   if (file.empty()) return std::unique_ptr<TeamSeal>();
   const auto team = control::read_secret(file, control::kTeamKeyKind);
   if (!team) return team.error();
   std::unique_ptr<TeamSeal> seal(new TeamSeal(config.out, *team, identity));
-  if (auto read = seal->read_pins(); !read) return read.error();
+  auto pins = read_pins(seal->known_robots_file());
+  if (!pins) return pins.error();
+  seal->pins_ = std::move(*pins);
+  seal->pins_kept_ = seal->pins_.all().size();
   if (config.key_log.empty()) return seal;
   log.warn("the keys of all sessions are written to {}: whoever reads it can read this robot's traffic",
            config.key_log);
@@ -91,33 +130,15 @@ Status TeamSeal::open_key_log(const std::string& file) {
   return success();
 }
 
-// A file that cannot be read is not passed over: with it goes what tells a robot from somebody who took its name.
-Status TeamSeal::read_pins() {
-  const std::string file = known_robots_file();
-  if (!there(file)) return success();
-  const auto text = read_text_file(file, kSmallFileBytes * 4);
-  if (!text) return text.error();
-  std::istringstream in(*text);
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    std::istringstream words(line);
-    std::string name, key;
-    comms::PublicKey read{};
-    words >> name >> key;
-    if (!RobotId::valid_name(name) || !read_key(key, read) || pins_.all().size() >= comms::Pins::kMost)
-      return Error{fmt::format("{}:{}", file, number), "expected a robot's name and its key; mend or remove the line"};
-    pins_.pin(RobotId::from_name(name), read);
-  }
-  pins_kept_ = pins_.all().size();
-  return success();
-}
-
 void TeamSeal::keep_pins(Log& log) {
   if (pins_.all().size() == pins_kept_) return;
   std::string text;
   for (const auto& [robot, key] : pins_.all()) text += fmt::format("{} {}\n", robot.name(), hex(key));
   if (auto kept = write_text_file(known_robots_file(), text); !kept) {
-    log.limited("known robots", "the keys of robots that were met cannot be kept: {}", kept.error().text());
+    log.limited("known robots",
+                "the keys of robots that were met cannot be kept: {}; make room or OUT writable, or whoever takes a "
+                "robot's name after a restart is believed",
+                kept.error().text());
     return;
   }
   pins_kept_ = pins_.all().size();

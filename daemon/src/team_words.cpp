@@ -80,9 +80,11 @@ struct Words {
     log.limited("record", "record {} of {} refused: {}", e.id.seq, e.id.log.robot.name(), e.reason);
   }
   void operator()(const mapping::DeciderPassedOver& e) const {
-    log.warn("robot {} {}; the next one decides", e.robot.name(),
+    log.warn("robot {} {}; the next one decides: {}", e.robot.name(),
              e.published ? "published a solution that the links refute: refused"
-                         : "should have published the team's solution");
+                         : "should have published the team's solution",
+             e.published ? "look whether it runs the same version of onemap, and who has its team key"
+                         : "look at it (onemapctl doctor there): it is too slow, or hangs");
   }
   void operator()(const mapping::MapFused& e) const {
     std::string names;
@@ -101,8 +103,10 @@ struct Words {
   }
   void operator()(const mapping::MapSettled& e) const {
     if (e.blocks > 0) return;
-    log.error("the team's map {:016x} is EMPTY: no submap of a robot in it could be used ({} refused)", e.digest,
-              e.submaps_refused);
+    log.error(
+        "the team's map {:016x} is EMPTY: no submap of a robot in it could be used ({} refused); look at each "
+        "robot's camera and map.max_depth_m (onemapctl doctor), and that all run the same version of onemap",
+        e.digest, e.submaps_refused);
   }
 };
 

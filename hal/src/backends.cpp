@@ -11,7 +11,7 @@ Result<CameraAddress> parse_camera_address(std::string_view text) {
   address.text = text;
   const std::size_t colon = text.find(':');
   if (colon == std::string_view::npos || colon == 0)
-    return Error{"camera address '" + address.text + "'", "expected BACKEND:PLACE, for example replay:DIR"};
+    return Error{"camera address '" + address.text + "'", "expected BACKEND:PLACE, for example replay:DIR, or auto"};
   address.backend = text.substr(0, colon);
   std::string_view rest = text.substr(colon + 1);
   const std::size_t question = rest.find('?');

@@ -131,6 +131,7 @@ TEST_F(Doctor, TheFilesOfKeysAreTheDaemonsAlone) {
   dump("auto", "none");
   EXPECT_TRUE(about("team key").empty()) << "no key is wanted";
   dump("auto", "/k/mine.key");
+  expect_bad("team key", "team.key_file is /k/mine.key: No such file", "onemapctl team join");
   file("/k/mine.key", 0604);
   expect_bad("team key", "/k/mine.key", "chmod 600 /k/mine.key");
   file("/out/identity", 0600);

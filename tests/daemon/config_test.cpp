@@ -7,7 +7,8 @@
 #include <limits>
 
 #include "daemon/config_key.hpp"
-#include "temp_folder.hpp"
+#include "support/team_key.hpp"
+#include "support/temp_folder.hpp"
 
 namespace onemap::daemon {
 namespace {
@@ -90,6 +91,20 @@ TEST_F(ConfigFile, RefusesBadValuesWithTheirLineAndWhatIsAccepted) {
   EXPECT_THAT(refused("[robot]\ncamera = \"teapot:x\"\n", 2), HasSubstr("known: replay, simulated"));
 }
 
+// A start would fail for ever: the kernel's addresses of sockets are that short.
+TEST_F(ConfigFile, PathsOfSocketsHaveTheLengthThatIsPrinted) {
+  for (const auto& [section, most] : {std::pair{"control", 107}, std::pair{"poses", 102}}) {
+    const auto text = [name = section](int size) {
+      return fmt::format("[{}]\n\nsocket = \"/{}\"\n", name, std::string(static_cast<std::size_t>(size - 1), 'a'));
+    };
+    EXPECT_TRUE(load(text(most)).ok()) << section;
+    EXPECT_THAT(refused(text(most + 1), 3),
+                AllOf(HasSubstr(fmt::format("{}.socket", section)), HasSubstr(fmt::format("{} bytes", most + 1)),
+                      HasSubstr(fmt::format("have {}", most))));
+    EXPECT_THAT(find_key(section, "socket")->values, HasSubstr(fmt::format("at most {} bytes", most)));
+  }
+}
+
 TEST_F(ConfigFile, OfWordsItSaysTheNearest) {
   const auto near = [](const std::string& word) { return HasSubstr("; did you mean \"" + word + "\"?"); };
   EXPECT_THAT(refused("[tracking]\nfeatures = \"surv\"\n", 2), AllOf(HasSubstr("neither surf nor orb"), near("surf")));
@@ -99,8 +114,12 @@ TEST_F(ConfigFile, OfWordsItSaysTheNearest) {
   EXPECT_THAT(refused("[snapshots]\nviews = [\"fit\", \"folow\"]\n", 2),
               AllOf(HasSubstr("\"folow\" is not one of \"fit\", \"top\""), near("follow")));
   EXPECT_THAT(refused("[record]\nformats = [\"tom\"]\n", 2), near("tum"));
+  EXPECT_THAT(refused("[snapshots]\nviews = [\"tpo\"]\n", 2), near("top")) << "two letters that changed places";
+  EXPECT_THAT(refused("[robot]\ncamera = \"simulatd:office\"\n", 2), near("simulated"));
+  EXPECT_THAT(refused("[robot]\ncamera = \"autoo\"\n", 2), AllOf(HasSubstr("or auto"), near("auto")));
   for (const char* far : {"[tracking]\nfeatures = \"sift\"\n", "[snapshots]\nviews = [\"moonlight\"]\n",
-                          "[snapshots]\nviews = [\"fit\", \"fit\"]\n", "[run]\nspeed = \"fastest\"\n"})
+                          "[snapshots]\nviews = [\"fit\", \"fit\"]\n", "[run]\nspeed = \"fastest\"\n",
+                          "[robot]\ncamera = \"teapot:office\"\n", "[robot]\ncamera = \"simulated:offfice\"\n"})
     EXPECT_THAT(refused(far, 2), Not(HasSubstr("did you mean"))) << far;
 }
 
@@ -224,6 +243,7 @@ TEST_F(ConfigFile, TheExampleCarriesEveryValue) {
   all.global_budget_bytes = 6u << 20;
   all.places_budget_bytes = 7u << 20;
   all.plan.space.cell_m = 0.1;
+  all.refresh_plan = false;
   all.plan.space.budget_bytes = 9u << 20;
   all.find_pairs = mapping::FindPairs::all_pairs;
   all.record = {true, {"mcap"}, 10u << 20, 11u << 20};
@@ -282,6 +302,30 @@ TEST(CheckConfig, AsksForWhatADaemonCannotDoWithout) {
   config.camera = "replay:x";
   config.id = "../a";
   EXPECT_THAT(check_config(config).error().text(), HasSubstr("'../a'"));
+}
+
+// At the line that names it; what nobody named and a robot alone does not need is not asked for.
+TEST(CheckConfig, AsksForTheKeysThatTheStartReads) {
+  const test::TempFolder folder;
+  Config config;
+  config.id = "a";
+  config.out = folder / "out";
+  config.team_key_file = folder / "team.key";
+  config.origins["team.key_file"] = "c.toml:7";
+  EXPECT_THAT(check_config(config).error().text(),
+              AllOf(testing::StartsWith("c.toml:7: team.key_file: " + config.team_key_file), HasSubstr("No such file"),
+                    HasSubstr("onemapctl team join")));
+  EXPECT_EQ(test::team_key(folder), config.team_key_file);
+  EXPECT_TRUE(check_config(config).ok()) << check_config(config).error().text();
+  config.listen = "127.0.0.1:0";
+  EXPECT_TRUE(check_config(config).ok()) << "what is not there yet is made";
+  folder.write("out/known_robots", "bert 12\n");
+  EXPECT_THAT(check_config(config).error().text(), HasSubstr("known_robots:1: expected a robot's name and its key"));
+  folder.write("out/identity", "spoilt\n");
+  std::filesystem::permissions(folder / "out/identity", std::filesystem::perms::owner_read);
+  EXPECT_THAT(check_config(config).error().text(), HasSubstr("identity: is not a robot's key"));
+  config.listen.clear();
+  EXPECT_TRUE(check_config(config).ok()) << "alone it needs neither";
 }
 
 TEST(CheckConfig, AsksTheMapper) {

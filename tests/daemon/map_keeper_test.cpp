@@ -1,5 +1,6 @@
 #include "daemon/map_keeper.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +8,7 @@
 #include <thread>
 
 #include "daemon/clock.hpp"
+#include "support/running.hpp"
 #include "support/text_of.hpp"
 #include "temp_folder.hpp"
 
@@ -28,7 +30,7 @@ TEST_F(MapKeeperTest, KeepsWhatTheTeamHasWhenItIsSettled) {
   std::atomic<int> asked = 0;
   const auto take = [&](const auto&) -> std::optional<Saved> {
     ++asked;
-    return Saved{0xabc, {1, 2, 3}};
+    return Saved{0xabc, {1, 2, 3}, {}};
   };
   MapKeeper keeper(map_, take, failures_, log_);
   keeper.start();
@@ -46,6 +48,60 @@ TEST_F(MapKeeperTest, KeepsWhatTheTeamHasWhenItIsSettled) {
   EXPECT_EQ(asked, 1) << "it is kept already";
   EXPECT_EQ(test::text_of(file), "\1\2\3");
   EXPECT_EQ(map_.kept()->digest, 0xabcu);
+}
+
+// What is made of a map: once it is kept, for each that is, and its failure is the next one's chance.
+TEST_F(MapKeeperTest, WhatFollowsAMapIsMadeOfEachThatIsKept) {
+  std::counting_semaphore<8> made{0};
+  std::atomic<std::uint64_t> digest = 1;
+  const auto take = [&](const auto&) -> std::optional<Saved> {
+    const auto then = [&](const auto& stop) -> Status {
+      EXPECT_FALSE(stop());
+      EXPECT_THAT(test::text_of(folder_ / "settled-map"), testing::HasSubstr(fmt::format("{:016x}", digest.load())));
+      made.release();
+      if (digest == 1) return Error{"map.pgm", "no room"};
+      return success();
+    };
+    return Saved{digest, {1}, then};
+  };
+  testing::internal::CaptureStderr();
+  {
+    MapKeeper keeper(map_, take, failures_, log_);
+    keeper.start();
+    keeper.tick(1, true, now());
+    ASSERT_TRUE(made.try_acquire_for(test::kPatience * 20s));
+    digest = 2;
+    EXPECT_TRUE(test::wait_until(
+        [&] {
+          keeper.tick(2, true, now() + 1min);
+          return made.try_acquire();
+        },
+        20s));
+  }
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              testing::AllOf(testing::HasSubstr("map.pgm and map.yaml stay as they were: map.pgm: no room; make room"),
+                             testing::HasSubstr("map.refresh_plan")));
+  EXPECT_FALSE(failures_.any());
+}
+
+// A team that is on its way from one map to the next most of the time is asked until it has one.
+TEST_F(MapKeeperTest, AMapThatIsNotThereNowIsAskedForAgainAtOnce) {
+  std::atomic<int> asked = 0;
+  const auto take = [&](const auto&) -> std::optional<Saved> {
+    if (++asked < 4) return std::nullopt;
+    return Saved{1, {1}, {}};
+  };
+  MapKeeper keeper(map_, take, failures_, log_);
+  keeper.start();
+  const Instant same = now();
+  EXPECT_TRUE(test::wait_until(
+      [&] {
+        keeper.tick(1, true, same);
+        return std::filesystem::exists(folder_ / "settled-map");
+      },
+      20s));
+  keeper.stop();
+  EXPECT_EQ(asked, 4);
 }
 
 TEST_F(MapKeeperTest, NobodyWaitsForItButItsEnd) {
@@ -71,7 +127,7 @@ TEST_F(MapKeeperTest, WhatThrowsOrCannotBeWrittenIsSaidAndTheThreadGoesOn) {
   const auto take = [&](const auto&) -> std::optional<Saved> {
     asked.release();
     if (throws) throw std::bad_alloc();
-    return Saved{1, {1}};
+    return Saved{1, {1}, {}};
   };
   testing::internal::CaptureStderr();
   {
@@ -86,7 +142,8 @@ TEST_F(MapKeeperTest, WhatThrowsOrCannotBeWrittenIsSaidAndTheThreadGoesOn) {
     }
   }
   EXPECT_THAT(testing::internal::GetCapturedStderr(),
-              testing::HasSubstr("the settled map is not kept: settled map: out of memory"));
+              testing::AllOf(testing::HasSubstr("the settled map is not kept: settled map: out of memory"),
+                             testing::HasSubstr("make room")));
   EXPECT_FALSE(failures_.any());
   EXPECT_FALSE(nowhere.kept());
 }

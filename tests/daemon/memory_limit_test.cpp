@@ -3,7 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "temp_folder.hpp"
+#include "support/temp_folder.hpp"
+#include "support/text_of.hpp"
 
 namespace onemap::daemon {
 namespace {
@@ -61,15 +62,34 @@ TEST(MemoryLimit, ThisMachineHasSome) {
   EXPECT_LT(memory_limit().bytes, UINT64_MAX);
 }
 
-TEST(CheckMemory, CountsAllBudgets) {
+TEST(CheckMemory, CountsAllBudgetsAndTheTeamsMapTwice) {
   Config config;
   config.mapper.map.budget_bytes = 48 * kMB;
   config.global_budget_bytes = 64 * kMB;
+  config.places_budget_bytes = 16 * kMB;
+  config.plan.space.budget_bytes = 8 * kMB;
   config.store_budget_bytes = 256 * kMB;
-  EXPECT_TRUE(check_memory(config, {368 * kMB, "it has"}).ok());
-  EXPECT_EQ(
-      check_memory(config, {367 * kMB, "it has"}).error().text(),
-      "map.budget_mb + map.global_budget_mb + network.store_budget_mb: 48 + 64 + 256 = 368 MB, but it has 367 MB");
+  EXPECT_TRUE(check_memory(config, {456 * kMB, "it has"}).ok());
+  EXPECT_EQ(check_memory(config, {455 * kMB, "it has"}).error().text(),
+            "map.budget_mb + 2 * map.global_budget_mb + map.places_budget_mb + map.plan_budget_mb + "
+            "network.store_budget_mb: 48 + 2 * 64 + 16 + 8 + 256 = 456 MB, but it has 455 MB");
+}
+
+// What the units allow has room for the budgets that hold when nobody says any, and twice, for a drawing.
+TEST(CheckMemory, TheServicesLimitHasRoomForTheDefaults) {
+  const std::string unit = test::text_of(std::filesystem::path(ONEMAP_SOURCE_DIR) / "systemd/common.in");
+  const std::string begin = "\nMemoryMax=";
+  const std::size_t at = unit.find(begin);
+  ASSERT_NE(at, std::string::npos);
+  std::size_t digits = 0;
+  const std::string value = unit.substr(at + begin.size());
+  const std::uint64_t most = std::stoull(value, &digits) * kMB;
+  ASSERT_EQ(value[digits], 'M') << "mebibytes, as systemd reads them";
+  const Status fits = check_memory(Config(), {most / 2, "half of MemoryMax="});
+  EXPECT_TRUE(fits.ok()) << fits.error().text();
+  Config config;
+  config.global_budget_bytes = most / 2;
+  EXPECT_FALSE(check_memory(config, {most, "MemoryMax="}).ok()) << "as systemd/common.in says";
 }
 
 }  // namespace

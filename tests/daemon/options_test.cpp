@@ -115,10 +115,10 @@ TEST(DaemonOptions, BudgetsBeyondThisMachineAreRefusedWithTheFigures) {
                "[network]\nlisten = \"127.0.0.1:0\"\nstore_budget_mb = 65536\n[map]\nbudget_mb = 65536\n"
                "global_budget_mb = 65536\n");
   const auto parsed = parse({"--config", folder / "c.toml"});
-  EXPECT_FALSE(parsed.value) << "or this machine has 192 GB";
+  EXPECT_FALSE(parsed.value) << "or this machine has 256 GB";
   EXPECT_EQ(parsed.exit, Exit::usage);
-  EXPECT_THAT(parsed.text, AllOf(HasSubstr("map.budget_mb + map.global_budget_mb + network.store_budget_mb"),
-                                 HasSubstr("65536 + 65536 + 65536 = 196608 MB, but this ")));
+  EXPECT_THAT(parsed.text, AllOf(HasSubstr("map.budget_mb + 2 * map.global_budget_mb + "),
+                                 HasSubstr("65536 + 2 * 65536 + 32 + 32 + 65536 = 262208 MB, but this ")));
 }
 
 TEST(DaemonOptions, HelpNamesCamerasExitStatusAndTheId) {

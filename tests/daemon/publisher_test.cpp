@@ -7,7 +7,9 @@
 #include <stdexcept>
 #include <vector>
 
+#include "daemon/clock.hpp"
 #include "mapping/local/local_mapper.hpp"
+#include "support/running.hpp"
 
 namespace onemap::daemon {
 namespace {
@@ -73,6 +75,26 @@ TEST(Publisher, EncodesInOrderAndFinishesAfterTheLast) {
   EXPECT_EQ(gate.frames, 123u);
   EXPECT_EQ(publisher.times().count(), 100u);
   EXPECT_FALSE(failures.any());
+}
+
+// What hangs in a record is stuck; what waits for the next one is not.
+TEST(Publisher, ItsHeartBeatsForEachRecordAndRestsBetween) {
+  Gate gate;
+  Failures failures;
+  Publisher publisher({}, WhenFull::wait, gate.outbox(), failures);
+  const auto later = [] { return now() + std::chrono::hours(1); };
+  publisher.start();
+  EXPECT_FALSE(publisher.heartbeat().stuck(later()));
+  Publisher::Sealed* slot = publisher.slot();
+  fill_poses(*slot, 1);
+  publisher.publish(slot);
+  EXPECT_TRUE(test::wait_until([&] { return publisher.heartbeat().stuck(later()); }, std::chrono::seconds(20)));
+  EXPECT_FALSE(publisher.heartbeat().stuck(now())) << "it may take its time";
+  gate.let_go();
+  EXPECT_TRUE(test::wait_until([&] { return !publisher.heartbeat().stuck(later()); }, std::chrono::seconds(20)));
+  publisher.finish(1);
+  publisher.join();
+  EXPECT_FALSE(publisher.heartbeat().stuck(later()));
 }
 
 TEST(Publisher, ACameraDoesNotWaitForASlot) {

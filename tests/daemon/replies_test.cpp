@@ -110,6 +110,49 @@ TEST(Doctor, FindsTroublesWithPeers) {
   expect_only(f, "peers", "also used at 10.0.0.3:1");
 }
 
+TEST(Doctor, FindsAClockThatIsFarFromTheTeams) {
+  RobotFacts f = healthy();
+  f.alone = false;
+  comms::NeighbourStatus peer;
+  peer.robot = RobotId::from_name("r2");
+  peer.alive = true;
+  f.radio.neighbours = {peer};
+  auto& offset = f.radio.scalars.values[static_cast<std::size_t>(comms::Scalar::clock_offset)];
+  offset = {1.7e9 - 1800, 1.7e9, false};
+  EXPECT_THAT(troubles(f), IsEmpty()) << "not known yet";
+  offset.known = true;
+  expect_only(f, "clock", "clock is 1800.000 s behind the team's mean");
+  expect_only(f, "clock", "timedatectl");
+  offset.own = 1.7e9 + 1;
+  expect_only(f, "clock", "1.000 s ahead of");
+  offset.own = 1.7e9 + 0.02;
+  EXPECT_THAT(troubles(f), IsEmpty());
+  offset.own = 0;
+  f.alone = true;
+  EXPECT_THAT(troubles(f), IsEmpty()) << "there is nobody to agree with";
+}
+
+// Good or not, it is said on what the scale of depth rests.
+TEST(Doctor, SaysWhatTheScaleOfDepthRestsOn) {
+  RobotFacts f = healthy();
+  const auto said = [&] {
+    const Json answer = doctor_json(f);
+    for (const Json& one : answer.at("findings"))
+      if (one.at("about") == "depth scale") return one.at("text").get<std::string>();
+    return std::string("nothing");
+  };
+  f.camera.live = true;
+  f.camera.address = "auto";
+  f.camera.intrinsics.depth_scale = 1000;
+  EXPECT_THAT(said(), HasSubstr("1000 values a metre, as the model has it; scale and offset were not measured here"));
+  EXPECT_THAT(said(), HasSubstr("onemapctl calibrate RECORDING"));
+  f.camera.address = "v4l2:/dev/video0?calibration=/etc/onemap/mine.txt";
+  EXPECT_THAT(said(), HasSubstr("of the calibration in the camera's address"));
+  f.camera.address = "simulated:office";
+  EXPECT_THAT(said(), HasSubstr("exact"));
+  EXPECT_THAT(troubles(f), IsEmpty());
+}
+
 TEST(Replies, TheMapIsKnownOnlyOfTheChainThatIsInIt) {
   TeamView team;
   PoseNow pose;

@@ -103,12 +103,27 @@ TEST(KeyedTeam, AKeyThatOthersCanReadIsRefusedWithWhatToDo) {
   const TempFolder folder;
   const std::string key = test::team_key(folder);
   std::filesystem::permissions(key, std::filesystem::perms::group_read, std::filesystem::perm_options::add);
-  EXPECT_THAT(refusal(folder, {"--team-key", key, "--listen", "127.0.0.1:0"}, 1),
+  EXPECT_THAT(refusal(folder, {"--team-key", key, "--listen", "127.0.0.1:0"}, 2),
               HasSubstr("others may use it (mode 0640): chmod 600 " + key));
   folder.write("nonsense.key", "hello\n");
   std::filesystem::permissions(folder / "nonsense.key", std::filesystem::perms::owner_read);
-  EXPECT_THAT(refusal(folder, {"--team-key", folder / "nonsense.key", "--listen", "127.0.0.1:0"}, 1),
+  EXPECT_THAT(refusal(folder, {"--team-key", folder / "nonsense.key", "--listen", "127.0.0.1:0"}, 2),
               HasSubstr("expected one line: onemap-team-key-1"));
+}
+
+// A service manager tries a start again for ever, but not after 2: nobody but a person mends a file of keys.
+TEST(KeyedTeam, KeysThatCannotBeUsedEndTheStartForGood) {
+  const TempFolder folder;
+  EXPECT_THAT(refusal(folder, {"--team-key", folder / "none.key", "--check-config"}, 2), HasSubstr("team join"));
+  EXPECT_THAT(refusal(folder, {"--team-key", folder / "none.key"}, 2), HasSubstr("none.key: cannot be opened"));
+  const std::string key = test::team_key(folder);
+  const std::vector<std::string> team{"--team-key", key, "--listen", "127.0.0.1:0"};
+  folder.write("out/known_robots", "bert\n");
+  EXPECT_THAT(refusal(folder, team, 2), HasSubstr("known_robots:1: expected a robot's name and its key"));
+  folder.write("out/identity", "spoilt\n");
+  std::filesystem::permissions(folder / "out/identity", std::filesystem::perms::owner_read);
+  EXPECT_THAT(refusal(folder, team, 2), HasSubstr("identity: is not a robot's key"));
+  EXPECT_EQ(test::text_of(folder / "out/identity"), "spoilt\n") << "left for whoever can mend it";
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "hal/base/bytes.hpp"
 #include "support/running.hpp"
 
 namespace onemap {
@@ -18,9 +19,32 @@ std::string settings(const TempFolder& folder, const std::string& toml) {
   return folder / "robot.toml";
 }
 
+// Messages by channel, as the statistics of a whole MCAP file (mcap.dev/spec) say; none: it is not whole.
+std::vector<std::uint64_t> mcap_messages(const fs::path& file) {
+  const std::string text = test::text_of(file);
+  const std::string_view magic("\x89MCAP0\r\n");
+  std::vector<std::uint64_t> messages;
+  if (text.size() < 16 || !text.starts_with(magic) || !text.ends_with(magic)) return messages;
+  ByteReader in({reinterpret_cast<const std::uint8_t*>(text.data()) + 8, text.size() - 16});
+  while (in.remaining() > 0 && in.ok()) {
+    constexpr std::uint8_t kStatistics = 0x0b;
+    constexpr std::size_t kBeforeTheChannels = 42;
+    const auto op = in.get<std::uint8_t>();
+    const auto content = in.bytes(in.get<std::uint64_t>());
+    if (op != kStatistics) continue;
+    ByteReader statistics(content);
+    (void)statistics.bytes(kBeforeTheChannels);
+    for (auto left = statistics.get<std::uint32_t>(); left > 0 && statistics.ok(); left -= 10) {
+      (void)statistics.get<std::uint16_t>();
+      messages.push_back(statistics.get<std::uint64_t>());
+    }
+  }
+  return messages;
+}
+
 TEST(Outputs, ARecordedWalkIsMappedAgainAsItWas) {
   const TempFolder folder;
-  const auto config = settings(folder, "[record]\nstart = true\nleast_free_mb = 1\n");
+  const auto config = settings(folder, "[record]\nstart = true\nleast_free_mb = 1\nformats = [\"tum\", \"mcap\"]\n");
   const std::vector<std::string> fast{"--once", "--speed", "max"};
   auto recorded = fast;
   recorded.insert(recorded.end(), {"--config", config});
@@ -28,6 +52,11 @@ TEST(Outputs, ARecordedWalkIsMappedAgainAsItWas) {
   ASSERT_EQ(first.ends(300s), 0) << first.log();
   const std::string recording = first.out() / "recordings/0001";
   EXPECT_THAT(first.log(), HasSubstr("recorded 60 frames"));
+  const auto messages = mcap_messages(recording + "/recording.mcap");  // image, points, tf, pose/odom, pose/map
+  ASSERT_EQ(messages.size(), 5u) << "of the same walk, to look at";
+  EXPECT_EQ(messages[0], 60u);
+  EXPECT_EQ(messages[1], 6u) << "a cloud with every tenth picture";
+  EXPECT_GT(messages[3], 50u) << "a pose a frame that was placed";
   Robot again(folder, "again", "replay:" + recording, fast, "robot");
   ASSERT_EQ(again.ends(300s), 0) << again.log();
   EXPECT_GT(test::lines(first.out() / "trajectory.txt"), 50u);
@@ -77,6 +106,24 @@ TEST(Outputs, ByTheClockARunningDaemonDrawsFromBehindItAndRewritesItsFloorPlan) 
   EXPECT_TRUE(fs::exists(robot.out() / "snapshots/latest/local_follow.png")) << robot.log();
   EXPECT_TRUE(fs::exists(robot.out() / "snapshots/latest/map.pgm"));
   EXPECT_EQ(robot.stop(), 0) << robot.log();
+}
+
+// Nobody asked: whoever drives by the plan has it, and nothing else is drawn.
+TEST(Outputs, TheFloorPlanIsThereWhileARobotWorks) {
+  const TempFolder folder;
+  for (const bool refresh : {true, false}) {
+    const std::string off = refresh ? "" : "[map]\nrefresh_plan = false\n";
+    const auto config = settings(folder, "[run]\nmerge_while_mapping_s = 1\n" + off);
+    Robot robot(folder, refresh ? "on" : "off", "simulated:house?frames=100000&seed=4", {"--config", config});
+    ASSERT_TRUE(test::wait_until([&] { return fs::exists(robot.out() / "settled-map"); }, 240s)) << robot.log();
+    if (refresh) {
+      EXPECT_TRUE(test::wait_until([&] { return fs::exists(robot.out() / "map.yaml"); }, 240s)) << robot.log();
+      EXPECT_THAT(test::text_of(robot.out() / "map.pgm"), testing::StartsWith("P5\n# onemap"));
+    }
+    EXPECT_FALSE(fs::exists(robot.out() / "snapshots"));
+    robot.process().kill();
+    EXPECT_EQ(fs::exists(robot.out() / "map.yaml"), refresh);
+  }
 }
 
 }  // namespace

@@ -15,6 +15,7 @@ namespace {
 using namespace std::chrono_literals;
 using daemon::ChildProcess;
 using test::kPatience;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
@@ -24,9 +25,11 @@ class SystemService : public testing::Test {
     ::setenv("NOTIFY_SOCKET", socket_.name().c_str(), 1);
     ::setenv("WATCHDOG_USEC", "2000000", 1);
     ::setenv("STATE_DIRECTORY", (folder_ / "state").c_str(), 1);
+    ::setenv("RUNTIME_DIRECTORY", (folder_ / "run").c_str(), 1);
   }
   ~SystemService() override {
-    for (const char* name : {"NOTIFY_SOCKET", "WATCHDOG_USEC", "STATE_DIRECTORY"}) ::unsetenv(name);
+    for (const char* name : {"NOTIFY_SOCKET", "WATCHDOG_USEC", "STATE_DIRECTORY", "RUNTIME_DIRECTORY"})
+      ::unsetenv(name);
   }
   ChildProcess start(const std::string& camera) {
     return test::start("onemapd", {"--config", "/dev/null", "--id", "anna", "--camera", camera}, folder_ / "log");
@@ -79,7 +82,7 @@ TEST_F(SystemService, AQuickStopKeepsTheMapAndDrawsNothing) {
   EXPECT_EQ(robot.exit_code(), 0);
   const std::string state = folder_ / "state";
   EXPECT_GE(test::lines(state + "/trajectory.txt"), 1u);
-  for (const char* slow : {"/local.png", "/local.glb", "/map.pgm"})
+  for (const char* slow : {"/local.png", "/local.glb"})  // map.pgm may be of the map that was settled before
     EXPECT_FALSE(std::filesystem::exists(state + slow)) << slow;
   const std::string pointer = test::text_of(state + "/settled-map"), digest = pointer.substr(0, pointer.find(' '));
   EXPECT_EQ(
@@ -120,6 +123,22 @@ TEST_F(SystemService, WithoutACameraItIsNeverReadyAndSaysWhy) {
   EXPECT_FALSE(socket_.next(0ms));
 }
 
+// What cannot be asked is not up. Where it would be is a file that is none of ours.
+TEST_F(SystemService, WithoutAControlSocketItIsNeverReadyAndSaysWhy) {
+  folder_.write("run/control.sock", "no socket");
+  const std::string camera = "simulated:office?width=320&height=240&frames=1000000";
+  ChildProcess robot = start(camera);
+  EXPECT_THAT(await("STATUS="), AllOf(HasSubstr("run/control.sock"), HasSubstr("control.socket")));
+  ASSERT_TRUE(robot.wait(kPatience * 20s));
+  EXPECT_EQ(robot.exit_code(), 1);
+  EXPECT_TRUE(earlier_.empty()) << "never READY=1";
+  EXPECT_EQ(test::text_of(folder_ / "run/control.sock"), "no socket") << "what is another's stays";
+  std::filesystem::remove(folder_ / "run/control.sock");
+  ChildProcess next = start(camera);
+  await("READY=1");
+  EXPECT_TRUE(std::filesystem::is_socket(folder_ / "run/control.sock"));
+}
+
 TEST_F(SystemService, ReadsItsConfigurationAgainAndSaysWhatWaits) {
   folder_.write("c.toml", "[run]\nlinger_s = 3\n");
   ChildProcess robot = test::start("onemapd",
@@ -138,10 +157,9 @@ TEST_F(SystemService, ReadsItsConfigurationAgainAndSaysWhatWaits) {
   robot.terminate();
   ASSERT_TRUE(robot.wait(kPatience * 60s));
   EXPECT_EQ(robot.exit_code(), 0);
-  EXPECT_THAT(
-      test::text_of(folder_ / "log"),
-      testing::AllOf(HasSubstr("run.linger_s is 4 now, was 3; only a restart changes map.voxel_m (0.03 after 0.02)"),
-                     HasSubstr("the configuration is as it was: "), HasSubstr("c.toml:2: unknown key 'linger'")));
+  EXPECT_THAT(test::text_of(folder_ / "log"),
+              AllOf(HasSubstr("run.linger_s is 4 now, was 3; only a restart changes map.voxel_m (0.03 after 0.02)"),
+                    HasSubstr("the configuration is as it was: "), HasSubstr("c.toml:2: unknown key 'linger'")));
 }
 
 }  // namespace

@@ -78,10 +78,17 @@ Json look_at_folder(const Machine& machine, const std::string& out) {
   return good("out folder", out + " can be written to");
 }
 
-void look_at_secret(const Machine& machine, const char* about, const std::string& file, std::vector<Json>& findings) {
+// Whether somebody said that it is there; else there need be none.
+enum class Wanted { no, yes };
+
+void look_at_secret(const Machine& machine, const char* about, const std::string& file, std::vector<Json>& findings,
+                    Wanted wanted = Wanted::no) {
   struct stat found {};
-  if (stat((machine.root + file).c_str(), &found) != 0) return;
-  if ((found.st_mode & 077u) != 0)
+  if (stat((machine.root + file).c_str(), &found) != 0) {
+    if (wanted == Wanted::yes)
+      findings.push_back(bad(about, fmt::format("team.key_file is {}: {}", file, std::strerror(errno)),
+                             "`onemapctl team join` installs a key; say where it is, or \"none\""));
+  } else if ((found.st_mode & 077u) != 0)
     findings.push_back(bad(about, fmt::format("{}: others may use it (mode {:04o})", file, found.st_mode & 07777u),
                            "chmod 600 " + file));
   else if (machine.user != 0 && found.st_uid != machine.user)
@@ -98,7 +105,7 @@ void look_at_secrets(const Machine& machine, const std::string& key_file, const 
     look_at_secret(machine, "team key", std::string(kTeamKeyFile), findings);
     look_at_secret(machine, "team key", out + "/team.key", findings);
   } else if (key_file != "none") {
-    look_at_secret(machine, "team key", key_file, findings);
+    look_at_secret(machine, "team key", key_file, findings, Wanted::yes);
   }
   look_at_secret(machine, "identity", out + "/identity", findings);
 }

@@ -67,6 +67,7 @@ struct Config {
   std::size_t global_budget_bytes = 128u << 20;
   std::size_t places_budget_bytes = 32u << 20;  // for the index of own keyframes
   mapping::SurveyConfig plan;                   // the floor plan
+  bool refresh_plan = true;                     // anew with each settled map that is kept
   mapping::FindPairs find_pairs = mapping::FindPairs::by_index;
   // Key (SECTION.NAME) -> where its value is from: FILE:LINE or the command line. What is not here has its default.
   std::map<std::string, std::string> origins;

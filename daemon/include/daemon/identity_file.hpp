@@ -11,6 +11,7 @@ namespace onemap::daemon {
 // may read, is left as it is: the error says what to do about it, because a robot with another key is another robot to
 // its team.
 Result<comms::Identity> open_identity(const std::string& file);
+Result<comms::Identity> read_identity(const std::string& file);  // the same, of a file that is there
 // For a robot that can keep nothing: a key for this life alone.
 comms::Identity passing_identity();
 

@@ -24,7 +24,15 @@ struct MapSource {
 mapping::AtlasConfig global_map(const Config& config);
 
 // The floor plan of the global map, and without one of this robot's own odometry.
-Result<mapping::Survey> survey_of(const MapSource& from, const mapping::SurveyConfig& config);
+Result<mapping::Survey> survey_of(
+    const MapSource& from, const mapping::SurveyConfig& config,
+    const std::function<bool()>& stop = [] { return false; });
+
+// The same written as STEM.pgm and STEM.yaml while the robot works: of few keyframes, so that it takes at most a second
+// or two. It needs no voxels. False, and nothing is written: no floor is seen (a desk is no failure), or stop() said
+// true.
+Result<bool> write_plan(const MapSource& from, mapping::SurveyConfig config, const std::vector<std::string>& stems,
+                        const std::function<bool()>& stop);
 
 // The team's map and everybody's way in it, saved; there must be one. title: for the picture.
 std::vector<std::uint8_t> save_global(const MapSource& from, const std::string& title);

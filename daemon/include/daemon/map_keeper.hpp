@@ -12,14 +12,17 @@
 
 namespace onemap::daemon {
 
-// Keeps the last settled map on the disk while the robot works, on a thread of its own: what takes long (copying the
-// map between two pieces of the team's work, compressing it, a slow disk) is waited for there. What cannot be kept is
-// said, and tried again a while later.
+// Keeps the last settled map on the disk while the robot works, and its floor plan, on a thread of its own and of low
+// priority: what takes long (copying the map between two pieces of the team's work, compressing it, a slow disk) is
+// waited for there. What cannot be kept is said, and tried again a while later.
 class MapKeeper {
  public:
+  // Leaves off when stop() says true.
+  using Then = std::function<Status(const std::function<bool()>& stop)>;
   struct Saved {
     std::uint64_t digest = 0;
     std::vector<std::uint8_t> bytes;  // of save_map()
+    Then then = {};                   // what is made of the same map once it is kept
   };
   // The team's map now; nothing when there is none, or stop() said true before there was one.
   using Take = std::function<std::optional<Saved>(const std::function<bool()>& stop)>;

@@ -68,6 +68,7 @@ class Pipeline {
   double brightness() const { return brightness_; }  // of the camera's images lately, 0..255; 0: none yet
   PoseNow pose() const;
   const Heartbeat& heartbeat() const { return heartbeat_; }
+  const Heartbeat& publisher_heartbeat() const { return publisher_.heartbeat(); }
   PipelineView view() const;
   // Told after every frame, on the work thread: must be quick. Before start().
   void on_pose(std::function<void(const PoseNow&)> told) { told_ = std::move(told); }

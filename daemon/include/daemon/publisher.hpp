@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "daemon/config.hpp"
+#include "daemon/heartbeat.hpp"
 #include "daemon/latency.hpp"
 #include "daemon/outgoing.hpp"
 #include "daemon/worker.hpp"
@@ -47,6 +48,7 @@ class Publisher {
   void finish(std::uint32_t frames);
   void join();
   const LatencyHistogram& times() const { return times_; }  // processor time of a record; after join()
+  const Heartbeat& heartbeat() const { return heartbeat_; }
 
  private:
   static constexpr std::size_t kSlots = 4;
@@ -61,6 +63,7 @@ class Publisher {
   std::atomic<std::uint32_t> frames_ = 0;
   std::atomic<bool> finished_ = false;
   LatencyHistogram times_;
+  Heartbeat heartbeat_;
   Worker thread_;
 };
 

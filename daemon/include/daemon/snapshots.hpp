@@ -79,7 +79,6 @@ class Snapshots {
   Status fill(const std::string& folder, const MapSource& from, const SnapshotWish& wish);
   std::vector<MapPicture> pictures(const std::string& folder, const MapSource& from, const SnapshotWish& wish) const;
   Result<bool> draw(const MapPicture& picture);
-  Result<bool> plan(const std::string& folder, const MapSource& from) const;
   void note(const Job& job, const Result<Made>& made, Duration took);
 
   const Config& config_;

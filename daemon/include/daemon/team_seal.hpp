@@ -17,6 +17,10 @@ std::string team_key_file(const Config& config);
 // Without a key, what is not this machine's is refused; the error's place is a key of the configuration.
 Status check_reach_without_key(const Config& config);
 
+// Whether the keys can be used with which it would start: the team's, its own and those of the robots that it has met,
+// as far as there are any yet. Trying again would mend none of them, so a start does not get as far as that.
+Status check_keys(const Config& config);
+
 // What a robot of a team with a key keeps in files beside its identity: the team's key, and the keys of the robots that
 // it has met (OUT/known_robots: a line `NAME KEY` each).
 class TeamSeal {
@@ -26,12 +30,12 @@ class TeamSeal {
   std::unique_ptr<comms::Guard> guard(const comms::NodeConfig& config, comms::Node& node);
   void keep_pins(Log& log);   // writes those that are new; says when that fails
   std::string words() const;  // the team's and the robot's fingerprint
-  std::string known_robots_file() const { return out_ + "/known_robots"; }
+  static std::string known_robots_file(const std::string& out) { return out + "/known_robots"; }
+  std::string known_robots_file() const { return known_robots_file(out_); }
 
  private:
   TeamSeal(std::string out, const comms::TeamKey& team, comms::Identity identity)
       : out_(std::move(out)), team_(team), identity_(std::move(identity)) {}
-  Status read_pins();
   Status open_key_log(const std::string& file);
   std::string out_;
   comms::TeamKey team_;

@@ -3,12 +3,18 @@
 #include "control/socket_place.hpp"
 #include "daemon/control/metrics.hpp"
 #include "daemon/control/replies.hpp"
+#include "daemon/service_manager.hpp"
 
 namespace onemap::daemon {
 
 namespace {
 constexpr std::size_t kPosesWaiting = 64, kEventsWaiting = 256;
 constexpr auto kLookInterval = std::chrono::seconds(1);
+
+// A service that nobody can ask is not up; whoever runs a daemon by hand has its map without.
+bool is_service() {
+  return !control::environment().runtime_directory.empty() || !ServiceManager::environment().socket.empty();
+}
 }  // namespace
 
 Control::Control(EventLoop& loop, Sources sources, ControlActions actions, Log& log)
@@ -52,6 +58,10 @@ Status Control::serve(const Config& config) {
       asked ? config.control_socket : control::default_socket(control::environment(), config.id, config.out);
   auto listener = Listener::at_path(path);
   if (!listener && asked) return Error{"control.socket", listener.error().text()};
+  if (!listener && is_service())
+    return Error{"no control socket", listener.error().text() +
+                                          "; no service is up without: take away what is there, "
+                                          "or say another place as control.socket"};
   if (!listener) {
     log_.warn("no control socket: {}; onemapctl cannot reach this robot; say control.socket", listener.error().text());
   } else {

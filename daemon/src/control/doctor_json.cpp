@@ -1,6 +1,8 @@
 // What the daemon can say about its own troubles, each with what to do.
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "daemon/control/replies.hpp"
 #include "hal/base/text.hpp"
 
@@ -11,6 +13,7 @@ using control::Json;
 namespace {
 constexpr std::uint64_t kLittleDisk = 512u << 20;
 constexpr std::uint64_t kFewFrames = 30;
+constexpr double kClocksApart_s = 0.5;  // an unset clock is hours away, one that is kept at all some milliseconds
 
 struct Findings {
   Json list = Json::array();
@@ -81,6 +84,18 @@ void look_at_calibration(const RobotFacts& facts, Findings& found) {
                                           k.width, k.height, k.fx, k.fy, k.cx, k.cy, k.depth_scale));
 }
 
+// No image alone says how long a metre is, so this is never good or bad of itself: it says what the values rest on.
+void look_at_depth_scale(const RobotFacts& facts, Findings& found) {
+  const std::string& address = facts.camera.address;
+  if (address.starts_with("simulated:")) return found.good("depth scale", "exact: the camera is simulated");
+  if (address.find("calibration=") != std::string::npos)
+    return found.good("depth scale", "scale and offset are those of the calibration in the camera's address");
+  found.good("depth scale",
+             fmt::format("{:g} values a metre, as the {} has it; scale and offset were not measured here: `onemapctl "
+                         "calibrate RECORDING` finds the offset, a wall at a distance that you measured the scale",
+                         facts.camera.intrinsics.depth_scale, facts.camera.live ? "model" : "recording"));
+}
+
 void look_at_tracking(const RobotFacts& facts, Findings& found) {
   const DaemonStatus& s = facts.status;
   if (s.frames < kFewFrames) return;
@@ -105,6 +120,17 @@ void look_at_clock(const RobotFacts& facts, Findings& found) {
               "the camera's or the recording's stamps are wrong; such frames are refused");
   else
     found.good("clock", "the camera's time goes forward");
+  const comms::ScalarValue& offset = facts.radio.scalars.values[static_cast<std::size_t>(comms::Scalar::clock_offset)];
+  if (facts.alone || !offset.known) return;
+  const double ahead_s = offset.own - offset.agreed;
+  const std::string text = fmt::format("this robot's clock is {:.3f} s {} the team's mean", std::abs(ahead_s),
+                                       ahead_s < 0 ? "behind" : "ahead of");
+  if (std::abs(ahead_s) > kClocksApart_s)
+    found.bad("clock", text + ": where two robots were at one time cannot be told from their trajectories",
+              "let all of the team's machines keep time (`timedatectl set-ntp true`, or chrony); `onemapctl consensus` "
+              "of each says which is wrong");
+  else
+    found.good("clock", text);
 }
 
 void look_at_place(const RobotFacts& facts, Findings& found) {
@@ -143,8 +169,8 @@ void look_at_peers(const RobotFacts& facts, Findings& found) {
 
 Json doctor_json(const RobotFacts& facts) {
   Findings found;
-  for (const auto look : {look_at_camera, look_at_faults, look_at_depth, look_at_calibration, look_at_tracking,
-                          look_at_clock, look_at_place, look_at_peers})
+  for (const auto look : {look_at_camera, look_at_faults, look_at_depth, look_at_calibration, look_at_depth_scale,
+                          look_at_tracking, look_at_clock, look_at_place, look_at_peers})
     look(facts, found);
   return {{"findings", std::move(found.list)}};
 }

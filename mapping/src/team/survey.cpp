@@ -29,13 +29,14 @@ std::optional<Pose> find_level(std::span<const PlacedKeyframe> keyframes, const 
 }  // namespace
 
 Result<Survey> survey(std::span<const PlacedKeyframe> keyframes, const SurveyConfig& config,
-                      const std::optional<Vector3f>& up) {
+                      const std::optional<Vector3f>& up, const std::function<bool()>& stop) {
   const auto T_level_map = find_level(keyframes, up);
   if (!T_level_map) return Error{"floor plan", "no floor is seen"};
   FreeSpace space(config.space);
   Survey out;
   const std::size_t step = step_for(keyframes.size(), config.most_keyframes);
   for (std::size_t i = 0; i < keyframes.size(); i += step) {
+    if (stop()) return Error{"floor plan", "left off"};
     const auto record = decode_keyframe(keyframes[i].body);
     if (record)
       space.carve(record->grid, *T_level_map * keyframes[i].T_map_keyframe);

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 
@@ -28,8 +29,9 @@ struct Survey {
 // The floor plan of a map from its keyframes: finds up and the floor in some of them, carves free space by all, looks
 // at it from above. up: the map's, where it is known. One keyframe is decoded at a time. Pure; the order of the
 // keyframes does not matter for what is carved, and little for the frame (which keyframes are looked at): give them
-// sorted. The error says what the plan is lacking.
-Result<Survey> survey(std::span<const PlacedKeyframe> keyframes, const SurveyConfig& config,
-                      const std::optional<Vector3f>& up = std::nullopt);
+// sorted. The error says what the plan is lacking, or that stop(), which is asked before each keyframe, said true.
+Result<Survey> survey(
+    std::span<const PlacedKeyframe> keyframes, const SurveyConfig& config,
+    const std::optional<Vector3f>& up = std::nullopt, const std::function<bool()>& stop = [] { return false; });
 
 }  // namespace onemap::mapping
