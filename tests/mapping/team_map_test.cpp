@@ -151,17 +151,6 @@ TEST(TeamMap, ARefusalWhileRobotsMapIsAnEventAndAnAnswerToWhy) {
   EXPECT_FALSE(why->one_map);
 }
 
-TEST(TeamMap, OwnLoopsDoNotKeepTheMapWaiting) {
-  Robot robot(first(), 10s);
-  robot.apply(without_its_end(first()));
-  Records said;
-  ASSERT_TRUE(robot.work_once(kNow + 100s, said, 1s)) << "a keyframe is looked for in earlier ones";
-  ASSERT_TRUE(said.empty());
-  ASSERT_TRUE(robot.work_once(kNow + 100s + 10ms, said));
-  ASSERT_EQ(said.size(), 1u) << "that took its third and more";
-  EXPECT_EQ(said[0]->kind, static_cast<std::uint16_t>(RecordKind::solution));
-}
-
 // The lower robot lives and does not look: after a while the other one does.
 TEST(TeamMap, APairThatIsNotLookedAtIsLookedAtByTheOther) {
   Author idle = test::small_robot("a"), mine = test::small_robot("b");

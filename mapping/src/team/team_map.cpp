@@ -80,15 +80,12 @@ bool TeamMap::step(Instant now, const Stop& stop) {
   const Agreement team(log_, presence_, now);
   note_end(team, now);
   note_links();
-  const bool loops_turn = now >= next_loops_;
-  return (loops_turn && find_loops(team, now, stop)) || verify(team, now, stop) || decide(team, now) ||
-         fuse(team, now, stop) || (!loops_turn && find_loops(team, now, stop)) || look_for_needless(now);
+  return find_loops(team, now, stop) || verify(team, now, stop) || decide(team, now) || fuse(team, now, stop) ||
+         look_for_needless(now);
 }
 
-// While robots map, solving gets a tenth of the time at most, and fusing a third. Own loops get the third before all
-// else and what nobody else wants, so that many keyframes at once do not keep the map waiting.
+// While robots map, solving gets a tenth of the time at most, and fusing a third.
 void TeamMap::took(Duration cost) {
-  if (worked_ == Work::looped) next_loops_ = now_ + 2 * cost;
   if (worked_ == Work::verified) verifier_.took(cost);
   if (worked_ == Work::solved) next_solve_ += 10 * cost;
   if (worked_ == Work::fused) next_aim_ += 3 * cost;
@@ -97,7 +94,6 @@ void TeamMap::took(Duration cost) {
 
 bool TeamMap::find_loops(const Agreement& team, Instant now, const Stop& stop) {
   const bool looked = loops_.look(team, places_, stop);
-  if (looked) worked_ = Work::looped;
   if (const auto loops = loops_.news(team, now)) records_.push_back({Lane::poses, RecordKind::link, encode(*loops)});
   return looked;
 }

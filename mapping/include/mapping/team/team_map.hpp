@@ -118,7 +118,7 @@ class TeamMap {
   const std::map<std::uint16_t, RefusedRecords>& refused() const { return refused_; }  // by kind
 
  private:
-  enum class Work { none, looped, verified, solved, fused, thinned };
+  enum class Work { none, verified, solved, fused, thinned };
   void refuse(const RecordId& id, std::uint16_t kind, const std::string& reason);
   void tell(const Record& record, bool first_hello);
   bool find_loops(const Agreement& team, Instant now, const Stop& stop);
@@ -162,7 +162,7 @@ class TeamMap {
   std::size_t needless_looked_at_ = 0;  // so many own records
   SpareRecords spare_;
   std::set<RecordId> malformed_;  // submaps that were to be fused
-  Instant next_loops_{}, next_solve_{}, next_frontier_{}, next_aim_{},
+  Instant next_solve_{}, next_frontier_{}, next_aim_{},
       next_needless_{};                                      // not before, while robots map
   std::uint64_t solved_revision_ = 0;                        // of the log
   bool final_ = false;                                       // what is fused is from all that will come
