@@ -90,10 +90,11 @@ void look_at_depth_scale(const RobotFacts& facts, Findings& found) {
   if (address.starts_with("simulated:")) return found.good("depth scale", "exact: the camera is simulated");
   if (address.find("calibration=") != std::string::npos)
     return found.good("depth scale", "scale and offset are those of the calibration in the camera's address");
-  found.good("depth scale",
-             fmt::format("{:g} values a metre, as the {} has it; scale and offset were not measured here: `onemapctl "
-                         "calibrate RECORDING` finds the offset, a wall at a distance that you measured the scale",
-                         facts.camera.intrinsics.depth_scale, facts.camera.live ? "model" : "recording"));
+  found.good(
+      "depth scale",
+      fmt::format("{:g} values a metre, as the {} has it; scale and offset were not measured here: `onemapctl "
+                  "calibrate RECORDING` measures the offset, and a wall as far away as a tape says tells the scale",
+                  facts.camera.intrinsics.depth_scale, facts.camera.live ? "model" : "recording"));
 }
 
 void look_at_tracking(const RobotFacts& facts, Findings& found) {
