@@ -118,7 +118,7 @@ TEST(Programs, WrongCommandLinesAndConfigurationsEndWithTwoAndTouchNothing) {
       {config("nan.toml"), "nan.toml:2: map.voxel_m"},
       {config("few.toml"), "few.toml:2: tracking.max_keyframes: 8 is not within 10 to 10000"},
       {config("deep.toml"), "deep.toml:2: map.truncation_m: 2.1 is not within 2 to 100 voxels"},
-      {config("huge.toml"), "65536 + 65536 + 65536 = 196608 MB, but this"},
+      {config("huge.toml"), "65536 + 2 * 65536 + 32 + 32 + 65536 = 262208 MB, but this"},
       {config("slip.toml"), "slip.toml:2: unknown key 'voxel' in [map]; did you mean 'voxel_m'?"},
       {config("."), "cannot read: Is a directory"},
       {{"--peer", "127.0.0.1:0"}, "has port 0"},

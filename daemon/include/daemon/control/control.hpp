@@ -24,8 +24,8 @@ class Control {
   };
   Control(EventLoop& loop, Sources sources, ControlActions actions, Log& log);
 
-  // A socket that was asked for and cannot be had is an error, and so is a service's; where nobody asked, it is said and
-  // done without.
+  // A socket that was asked for and cannot be had is an error, and so is a service's; where nobody asked, it is said
+  // and done without.
   Status open(const Config& config, const std::string& version);
   void close();
   void pose(const PoseNow& pose);

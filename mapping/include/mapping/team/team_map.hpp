@@ -161,11 +161,10 @@ class TeamMap {
   NeedlessKeyframes needless_keyframes_;
   std::size_t needless_looked_at_ = 0;  // so many own records
   SpareRecords spare_;
-  std::set<RecordId> malformed_;  // submaps that were to be fused
-  Instant next_solve_{}, next_frontier_{}, next_aim_{},
-      next_needless_{};                                      // not before, while robots map
-  std::uint64_t solved_revision_ = 0;                        // of the log
-  bool final_ = false;                                       // what is fused is from all that will come
+  std::set<RecordId> malformed_;                                           // submaps that were to be fused
+  Instant next_solve_{}, next_frontier_{}, next_aim_{}, next_needless_{};  // not before, while robots map
+  std::uint64_t solved_revision_ = 0;                                      // of the log
+  bool final_ = false;                                                     // what is fused is from all that will come
   std::optional<std::pair<std::uint64_t, Instant>> told_{};  // the solution of the last map that was told, and when
   Instant now_{};                                            // of this step
   Work worked_ = Work::none;                                 // the last step
