@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <deque>
 
 #include "daemon/fleet/link_emulator.hpp"
@@ -18,7 +19,8 @@ using test::Robot;
 using testing::HasSubstr;
 
 // Five robots in one room, whose links lose a fifth of all datagrams: each hears all others, or two in a ring (the
-// paper's figure 3). Slow enough for a small machine.
+// paper's figure 3; the first with ONEMAP_ALL_GRAPHS in the environment, for ten robots at once are too many for a
+// small machine). Slow enough for one, and without what is made beside the map.
 struct Living : testing::TestWithParam<const char*> {
   static constexpr std::size_t kTeam = 5;
   const test::TempFolder folder;
@@ -33,7 +35,8 @@ struct Living : testing::TestWithParam<const char*> {
     links = std::move(*opened);
     links->start();
     folder.write("team.toml",
-                 "[run]\nlost_after_s = 10\nlinger_s = 0\nmerge_while_mapping_s = 2\nmap_interval_s = 0.5\n");
+                 "[run]\nlost_after_s = 10\nlinger_s = 0\nmerge_while_mapping_s = 2\nmap_interval_s = 0.5\n"
+                 "[map]\nrefresh_plan = false\n");
   }
   Robot& start(std::size_t i) {
     std::vector<std::string> arguments{"--speed", "0.15", "--listen", "127.0.0.1:0", "--config", folder / "team.toml"};
@@ -78,8 +81,11 @@ bool finds_itself(const Robot& robot) {
   return status.is_object() && !status.at("pose").at("T_map_odom").is_null();
 }
 
-INSTANTIATE_TEST_SUITE_P(Graphs, Living, testing::Values("ring", "complete"),
-                         [](const auto& graph) { return graph.param; });
+std::vector<const char*> graphs() {
+  if (std::getenv("ONEMAP_ALL_GRAPHS") != nullptr) return {"ring", "complete"};
+  return {"ring"};
+}
+INSTANTIATE_TEST_SUITE_P(Graphs, Living, testing::ValuesIn(graphs()), [](const auto& graph) { return graph.param; });
 
 TEST_P(Living, OneMapThroughLossDeathAndReturn) {
   Robot &a = start(0), &b = start(1), &c = start(2), &d = start(3);
