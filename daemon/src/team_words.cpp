@@ -16,9 +16,9 @@ std::string link_words(const mapping::LinkRecord& link) {
     case LinkReason::fundamental_failed:
       return fmt::format("no fundamental matrix for {} matches", link.measured);
     case LinkReason::depth_incoherent:
-      return fmt::format("depth does not agree, of {} matches", link.measured);
+      return fmt::format("of {} matches too few depths agree", link.measured);
     case LinkReason::ransac_failed:
-      return fmt::format("no rigid motion agrees with more than {} matches", link.measured);
+      return fmt::format("no rigid motion fits more than {} matches", link.measured);
     case LinkReason::icp_failed:
       return fmt::format("the clouds do not fit (error {:.1f} mm)", link.measured * 1e-3);
     case LinkReason::inconsistent:
