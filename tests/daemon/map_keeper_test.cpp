@@ -55,14 +55,15 @@ TEST_F(MapKeeperTest, WhatFollowsAMapIsMadeOfEachThatIsKept) {
   std::counting_semaphore<8> made{0};
   std::atomic<std::uint64_t> digest = 1;
   const auto take = [&](const auto&) -> std::optional<Saved> {
-    const auto then = [&](const auto& stop) -> Status {
+    const std::uint64_t taken = digest;
+    const auto then = [&, taken](const auto& stop) -> Status {
       EXPECT_FALSE(stop());
-      EXPECT_THAT(test::text_of(folder_ / "settled-map"), testing::HasSubstr(fmt::format("{:016x}", digest.load())));
+      EXPECT_THAT(test::text_of(folder_ / "settled-map"), testing::HasSubstr(fmt::format("{:016x}", taken)));
       made.release();
-      if (digest == 1) return Error{"map.pgm", "no room"};
+      if (taken == 1) return Error{"map.pgm", "no room"};
       return success();
     };
-    return Saved{digest, {1}, then};
+    return Saved{taken, {1}, then};
   };
   testing::internal::CaptureStderr();
   {
