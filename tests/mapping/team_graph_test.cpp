@@ -229,5 +229,98 @@ TEST_F(TeamGraphTest, AnchorsThatTheSolutionDoesNotHaveHangOnTheOneBefore) {
   EXPECT_TRUE(placed_anchors(*log.find(a.id()), solved).empty()) << "of another life";
 }
 
+// A robot that came round, and was in places between where nothing of it is needed any more.
+class BareAnchors : public TeamGraphTest {
+ protected:
+  Author a_ = drifting_round();
+
+  void SetUp() override {
+    LinkRecord loops;
+    loops.a = loops.b = a_.id();
+    loops.incarnation_other = 1;
+    loops.keyframes_a = loops.keyframes_b = 17;
+    loops.pairs = {{0, 16, 300, QuantizedPose{}}, {1, 16, 300, quantize({Matrix3d::Identity(), {-2, 0, 0}})}};
+    a_.link(loops);
+    take(a_);
+  }
+  RecordPtr place_alone_of(std::uint32_t keyframe) {
+    KeyframeRecord place;
+    const KeyframePlace& known = log.find(a_.id())->keyframes.places()[keyframe];
+    place.index = known.index;
+    place.anchor = known.anchor;
+    place.T_robot_keyframe = known.T_robot_keyframe;
+    return a_.replacing(keyframe).write(Lane::features, RecordKind::keyframe, place);
+  }
+  std::vector<std::uint32_t> solved() const {
+    const SolutionRecord solution = solve();
+    std::vector<std::uint32_t> out;
+    for (const PlacedAnchor& anchor : solution.robots.at(0).anchors) out.push_back(anchor.keyframe);
+    return out;
+  }
+};
+
+TEST_F(BareAnchors, AreLeftOutAndTheWayIsBentAllTheSame) {
+  const TeamMember& member = *log.find(a_.id());
+  const auto before = placed_anchors(member, solve().robots.at(0));
+  const double open_by = from_quantized(member.keyframes.places()[16].T_robot_keyframe).t.norm();
+  const std::uint64_t revision = log.revision();
+  for (std::uint32_t i = 2; i < 15; ++i) take(place_alone_of(i));
+  EXPECT_GT(log.revision(), revision);
+  EXPECT_EQ(solved(), (std::vector<std::uint32_t>{0, 1, 15, 16}));
+  const auto after = placed_anchors(member, solve().robots.at(0));
+  ASSERT_EQ(after.size(), before.size());
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    const double off = (from_quantized(after[i].T_map_anchor).t - from_quantized(before[i].T_map_anchor).t).norm();
+    EXPECT_LT(off, i < 2 || i > 14 ? 0.01 : 0.07) << i << ": a loop of 32 m that was open by " << open_by;
+  }
+  SolutionRecord all = solve();
+  all.robots[0].anchors = before;
+  EXPECT_TRUE(agree(log, all, solve(), 0.05));
+}
+
+TEST_F(BareAnchors, WhatSomethingHangsOnStays) {
+  take(a_.submap({}, 9, 3));
+  KeyframeRecord hanging;
+  hanging.index = 17;
+  hanging.anchor = 5;
+  take(a_.write(Lane::features, RecordKind::keyframe, hanging));
+  for (std::uint32_t i = 0; i < 16; ++i) take(place_alone_of(i));
+  EXPECT_EQ(solved(), (std::vector<std::uint32_t>{0, 1, 3, 5, 16})) << "the first, a link's, voxels', a keyframe's";
+  const std::uint64_t revision = log.revision();
+  take(a_.replacing(0).submap({}, 9, 16));
+  EXPECT_GT(log.revision(), revision);
+  EXPECT_EQ(solved(), (std::vector<std::uint32_t>{0, 1, 5, 16})) << "others' voxels took their place";
+}
+
+TEST_F(BareAnchors, AreTheSameToWhomTheirBodiesNeverReached) {
+  take(a_.submap({}, 9, 3));
+  for (std::uint32_t i = 2; i < 15; ++i) take(place_alone_of(i));
+  take(a_.replacing(0).submap({}, 9, 16));
+  TeamLog late{RobotId::from_name("late"), 1};
+  for (const RecordPtr& record : a_.written()) {
+    const bool old_keyframe =
+        record->id.log.lane == static_cast<std::uint8_t>(Lane::features) && record->id.seq >= 2 && record->id.seq < 15;
+    const bool old_voxels = record->id.log.lane == static_cast<std::uint8_t>(Lane::voxels) && record->id.seq == 0;
+    ASSERT_TRUE(late.apply(old_keyframe || old_voxels ? test::without_body(record) : record, Instant{}).ok());
+  }
+  EXPECT_EQ(encode(solve_team(late, late.chains())), encode(solve()));
+}
+
+TEST_F(TeamGraphTest, BetweenTwoAnchorsOfTheSolutionTheWayIsBentEvenly) {
+  Author a = test::small_robot("a");
+  a.keyframe();
+  a.keyframe();
+  take(a);
+  SolvedRobot solved{a.chain(), {{0, two_metres_each(0)}, {4, two_metres_each(4)}}};
+  solved.anchors[1].T_map_anchor.t_10um[1] = 4000;
+  solved.anchors[1].T_map_anchor.q_wxyz = quantize({from_quaternion_wxyz({1, 0, 0, 0.1}), {}}).q_wxyz;
+  const auto placed = placed_anchors(*log.find(a.id()), solved);
+  ASSERT_EQ(placed.size(), 5u);
+  const auto angle = [&](std::size_t i) { return placed[i].T_map_anchor.q_wxyz[3] / double{1 << 30}; };
+  for (std::size_t i = 1; i < 4; ++i) EXPECT_NEAR(angle(i), 0.025 * static_cast<double>(i), 0.001) << i;
+  EXPECT_EQ(between({}, {from_quaternion_wxyz({0, 0, 0, 1}), {1, 0, 0}}, 0.4).t.x(), 0) << "no way is the shorter one";
+  EXPECT_EQ(between({}, {from_quaternion_wxyz({0, 0, 0, 1}), {1, 0, 0}}, 0.6).t.x(), 1);
+}
+
 }  // namespace
 }  // namespace onemap::mapping

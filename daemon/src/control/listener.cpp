@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "comms/udp/udp_port.hpp"
+#include "daemon/addresses.hpp"
 
 namespace onemap::daemon {
 
@@ -66,11 +67,6 @@ Status bind_path(int fd, const std::string& path, const sockaddr_un& address) {
   if (!is_left_over(path, address)) return Error{path, "is in use by another daemon, or is no socket"};
   if (unlink(path.c_str()) != 0) return failed(path, "cannot take the old socket away");
   return bind(fd, generic(address), sizeof address) == 0 ? success() : Status(failed(path, "cannot make the socket"));
-}
-
-bool is_loopback(const comms::Endpoint& e) {
-  if (e.is_ipv4()) return e.address[12] == 127;
-  return std::all_of(e.address.begin(), e.address.end() - 1, [](auto b) { return b == 0; }) && e.address[15] == 1;
 }
 
 Result<comms::Endpoint> parse_loopback(const std::string& text) {

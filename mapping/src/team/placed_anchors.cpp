@@ -1,6 +1,7 @@
 #include "mapping/team/placed_anchors.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 namespace onemap::mapping {
 
@@ -18,29 +19,54 @@ std::vector<PlacedAnchor> own_anchors(const TeamMember& member, std::size_t keyf
   return out;
 }
 
+// What the solution moves the surroundings of an anchor by: T_map_robot.
+struct Bend {
+  std::size_t anchor = 0;  // its position among the own ones
+  Pose T_map_robot;
+};
+
+// At the anchor i; next: the first behind it.
+Pose bend_at(const std::vector<Bend>& all, std::vector<Bend>::const_iterator next, std::size_t i) {
+  if (next == all.begin()) return next->T_map_robot;
+  const Bend& before = *std::prev(next);
+  if (next == all.end()) return before.T_map_robot;
+  const double share = static_cast<double>(i - before.anchor) / static_cast<double>(next->anchor - before.anchor);
+  return between(before.T_map_robot, next->T_map_robot, share);
+}
+
 }  // namespace
+
+Pose between(const Pose& a, const Pose& b, double share) {
+  constexpr double kHardlyLessThanHalfATurn = -0.9;
+  if (rotation_cosine(a.R.transpose() * b.R) < kHardlyLessThanHalfATurn) return share < 0.5 ? a : b;
+  Pose out;
+  for (int i = 0; i < 3; ++i) {  // scalars: where anchors are decides the map's bytes
+    out.t[i] = (1 - share) * a.t[i] + share * b.t[i];
+    for (int j = 0; j < 3; ++j) out.R(i, j) = (1 - share) * a.R(i, j) + share * b.R(i, j);
+  }
+  out.R = orthonormal(out.R);
+  return out;
+}
 
 std::vector<PlacedAnchor> placed_anchors(const TeamMember& member, const SolvedRobot& solved, std::size_t keyframes) {
   if (member.incarnation != solved.chain.incarnation) return {};
   std::vector<PlacedAnchor> out = own_anchors(member, keyframes);
-  const std::vector<PlacedAnchor> own = out;
-  std::optional<Pose> T_map_robot;  // by the last anchor that the solution has
-  std::size_t first_solved = out.size();
+  std::vector<Bend> bends;  // of those that the solution has
   for (std::size_t i = 0; i < out.size(); ++i) {
     const auto at = std::ranges::lower_bound(solved.anchors, out[i].keyframe, {}, &PlacedAnchor::keyframe);
-    if (at != solved.anchors.end() && at->keyframe == out[i].keyframe) {
-      out[i] = *at;
-      T_map_robot = from_quantized(at->T_map_anchor) * from_quantized(own[i].T_map_anchor).inverse();
-      first_solved = std::min(first_solved, i);
-    } else if (T_map_robot) {
-      out[i].T_map_anchor = quantize(*T_map_robot * from_quantized(own[i].T_map_anchor));
-    }
+    if (at == solved.anchors.end() || at->keyframe != out[i].keyframe) continue;
+    bends.push_back({i, from_quantized(at->T_map_anchor) * from_quantized(out[i].T_map_anchor).inverse()});
+    out[i] = *at;
   }
-  if (first_solved == out.size()) return out;
-  const Pose T_first =
-      from_quantized(out[first_solved].T_map_anchor) * from_quantized(own[first_solved].T_map_anchor).inverse();
-  for (std::size_t i = 0; i < first_solved; ++i)
-    out[i].T_map_anchor = quantize(T_first * from_quantized(own[i].T_map_anchor));
+  if (bends.empty()) return out;
+  auto next = bends.begin();
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (next != bends.end() && next->anchor == i) {
+      ++next;
+      continue;
+    }
+    out[i].T_map_anchor = quantize(bend_at(bends, next, i) * from_quantized(out[i].T_map_anchor));
+  }
   return out;
 }
 

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <span>
 
 #include "mapping/team/link_table.hpp"
 #include "mapping/team/placed_anchors.hpp"
 #include "mapping/team/pose_graph_g2o.hpp"
 #include "team/pose_graph/keep.hpp"
+#include "team/pose_graph/se3.hpp"
 
 namespace onemap::mapping {
 
@@ -34,22 +36,81 @@ ChainAnchor surroundings() {
   return out;
 }
 
-std::vector<ChainAnchor> chain_of(const Places& places) {
+// The errors of the steps from one anchor of the graph to the next, at the right of the last one's pose. In one go they
+// are as sure in all directions; with anchors between that are left out a turn at one of these is a way to the side
+// here.
+class Steps {
+ public:
+  void step() { ++count_; }
+  // The way goes on from an anchor that is left out.
+  void pass(const Pose& T_robot_passed) {
+    const Matrix6d here = covariance(T_robot_passed);
+    passed_ = Passed{here, T_robot_passed};
+    count_ = 0;
+  }
+  Matrix6d information(const Pose& T_robot_here) const {
+    return passed_ ? covariance(T_robot_here).inverse().eval() : own_information();
+  }
+  void begin() { *this = {}; }
+
+ private:
+  struct Passed {
+    Matrix6d covariance;
+    Pose T_robot_passed;
+  };
+  Matrix6d own_information() const {
+    return information_of(kStep_rad * std::sqrt(count_), kStep_m * std::sqrt(count_));
+  }
+  Matrix6d covariance(const Pose& T_robot_here) const {
+    Matrix6d out = Matrix6d::Zero();
+    for (int i = 0; i < 6; ++i) out(i, i) = count_ * (i < 3 ? kStep_rad * kStep_rad : kStep_m * kStep_m);
+    if (!passed_) return out;
+    const Matrix6d lever = adjoint(T_robot_here.inverse() * passed_->T_robot_passed);
+    return out + lever * passed_->covariance * lever.transpose();
+  }
+
+  double count_ = 0;
+  std::optional<Passed> passed_;
+};
+
+std::vector<ChainAnchor> chain_of(const Places& places, const std::set<std::uint32_t>& bare) {
   std::vector<ChainAnchor> out;
   Pose T_robot_previous;
-  double steps = 0;
+  Steps steps;
   for (const auto& [index, place] : places) {
-    ++steps;
+    steps.step();
     if (index != place->anchor) continue;
     const Pose T_robot_anchor = from_quantized(place->T_robot_keyframe);
+    if (!out.empty() && bare.contains(index)) {
+      steps.pass(T_robot_anchor);
+      continue;
+    }
     ChainAnchor anchor = surroundings();
     anchor.keyframe = index;
     anchor.T_previous_anchor = T_robot_previous.inverse() * T_robot_anchor;
-    anchor.information = information_of(kStep_rad * std::sqrt(steps), kStep_m * std::sqrt(steps));
+    anchor.information = steps.information(T_robot_anchor);
     out.push_back(anchor);
     T_robot_previous = T_robot_anchor;
-    steps = 0;
+    steps.begin();
   }
+  return out;
+}
+
+// Anchors that nothing hangs on any more: what was seen there is somebody else's by now, no keyframe and no voxels are
+// left, and no link. The graph does without them, so that it grows with the area and not with the time.
+std::set<std::uint32_t> bare_anchors(const TeamMember& member) {
+  const std::vector<KeyframePlace>& places = member.keyframes.places();
+  std::set<std::uint32_t> out;
+  std::vector<bool> gone(places.size());
+  for (const std::uint32_t position : member.keyframes.gone()) {
+    gone[position] = true;
+    if (places[position].index == places[position].anchor) out.insert(places[position].index);
+  }
+  if (out.empty()) return out;
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (places[i].known() && !gone[i]) out.erase(places[i].anchor);
+  for (std::size_t i = 0; i < member.submaps.size(); ++i)
+    if (member.submaps.counts(i, member.submaps.size())) out.erase(member.submaps[i].anchor);
   return out;
 }
 
@@ -67,6 +128,7 @@ struct Chain {
   ChainId id;
   Places places;
   std::span<const KeyframePlace> in_order;  // of the log
+  std::set<std::uint32_t> bare;             // anchors that the graph does without
 };
 
 // The last one among the first so many records of the log.
@@ -78,13 +140,12 @@ std::uint32_t last_known(const Chain& chain, std::uint32_t count) {
   return last;
 }
 
-void add_link(const LinkRecord& link, const Chain& a, const Chain& b, PoseGraph& graph) {
+void take_link(const LinkRecord& link, const Chain& a, const Chain& b, std::vector<GraphLink>& out) {
   const std::uint32_t known_a = last_known(a, link.keyframes_a), known_b = last_known(b, link.keyframes_b);
   for (const LinkPair& pair : link.pairs) {
     const auto end_a = end_of(a.id, a.places, pair.keyframe_a), end_b = end_of(b.id, b.places, pair.keyframe_b);
     if (!end_a || !end_b || end_a->anchor_id() == end_b->anchor_id()) continue;
-    // What is refused the graph counts.
-    static_cast<void>(graph.set_link({*end_a, *end_b, from_quantized(pair.T_a_b), pair.inliers, known_a, known_b}));
+    out.push_back({*end_a, *end_b, from_quantized(pair.T_a_b), pair.inliers, known_a, known_b});
   }
 }
 
@@ -138,17 +199,20 @@ GraphSolution solve_from(const PoseGraph& graph, const TeamLog& log, const Solut
 PoseGraph team_graph(const TeamLog& log, std::span<const ChainId> lives) {
   PoseGraph graph;
   std::map<ChainId, Chain> chains;
-  for (const ChainId& life : lives) {
-    const TeamMember* member = log.find(life);
-    if (member == nullptr) continue;
-    Chain chain{life, places_of(*member), member->keyframes.places()};
-    if (auto anchors = chain_of(chain.places); !anchors.empty() && graph.set_chain(life, std::move(anchors)))
-      chains.emplace(life, std::move(chain));
-  }
-  for (const std::vector<TeamLink>& links : {counting_links(log), counting_loops(log)})
-    for (const TeamLink& link : links)
+  for (const ChainId& life : lives)
+    if (const TeamMember* member = log.find(life); member != nullptr)
+      chains.emplace(life, Chain{life, places_of(*member), member->keyframes.places(), bare_anchors(*member)});
+  std::vector<GraphLink> links;
+  for (const std::vector<TeamLink>& from : {counting_links(log), counting_loops(log)})
+    for (const TeamLink& link : from)
       if (const auto a = chains.find(link.a), b = chains.find(link.b); a != chains.end() && b != chains.end())
-        add_link(*link.link, a->second, b->second, graph);
+        take_link(*link.link, a->second, b->second, links);
+  for (const GraphLink& link : links)
+    for (const LinkEnd& end : {link.a, link.b}) chains.at(end.chain).bare.erase(end.anchor);
+  for (const auto& [life, chain] : chains)
+    if (auto anchors = chain_of(chain.places, chain.bare); !anchors.empty())
+      static_cast<void>(graph.set_chain(life, std::move(anchors)));
+  for (const GraphLink& link : links) static_cast<void>(graph.set_link(link));  // what is refused the graph counts
   return graph;
 }
 
@@ -170,6 +234,13 @@ std::string graph_text(const TeamLog& log, const SolutionRecord& in_use) {
   return to_g2o(graph, solve_from(graph, log, &in_use));
 }
 
+namespace {
+bool has_anchor(const SolvedRobot& solved, std::uint32_t keyframe) {
+  const auto at = std::ranges::lower_bound(solved.anchors, keyframe, {}, &PlacedAnchor::keyframe);
+  return at != solved.anchors.end() && at->keyframe == keyframe;
+}
+}  // namespace
+
 bool agree(const TeamLog& log, const SolutionRecord& a, const SolutionRecord& b, double bound_m) {
   if (a.reference != b.reference || a.robots.size() != b.robots.size()) return false;
   const ChainAnchor box = surroundings();
@@ -178,8 +249,9 @@ bool agree(const TeamLog& log, const SolutionRecord& a, const SolutionRecord& b,
     const TeamMember* member = log.find(a.robots[i].chain);
     if (member == nullptr) return false;
     const auto in_a = placed_anchors(*member, a.robots[i]), in_b = placed_anchors(*member, b.robots[i]);
-    for (std::size_t k = 0; k < in_a.size() && k < in_b.size(); ++k)
-      if (box_moved(box, from_quantized(in_a[k].T_map_anchor), from_quantized(in_b[k].T_map_anchor), bound_m))
+    for (std::size_t k = 0; k < in_a.size(); ++k)
+      if (has_anchor(b.robots[i], in_b[k].keyframe) &&
+          box_moved(box, from_quantized(in_a[k].T_map_anchor), from_quantized(in_b[k].T_map_anchor), bound_m))
         return false;
   }
   return true;

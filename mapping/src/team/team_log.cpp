@@ -11,10 +11,10 @@ namespace onemap::mapping {
 
 namespace {
 
-bool shapes_the_graph(std::uint16_t kind) {
-  const auto k = static_cast<RecordKind>(kind);
+bool shapes_the_graph(const Record& record) {
+  const auto k = static_cast<RecordKind>(record.kind);
   return k == RecordKind::hello || k == RecordKind::keyframe || k == RecordKind::link || k == RecordKind::finished ||
-         k == RecordKind::ruling;
+         k == RecordKind::ruling || (k == RecordKind::submap && record.seal.replaces < record.id.seq);
 }
 
 }  // namespace
@@ -64,7 +64,7 @@ Result<bool> TeamLog::apply(const RecordPtr& record, Instant now) {
   if (!member) return member.error();
   if (*member == nullptr) return false;
   (*member)->heard = now;
-  if (shapes_the_graph(record->kind)) ++revision_;
+  if (shapes_the_graph(*record)) ++revision_;
   if (const Status status = (*member)->apply(record); !status) return status.error();
   if (static_cast<RecordKind>(record->kind) == RecordKind::ruling) rulings_ = Rulings(members_);
   return true;

@@ -26,10 +26,6 @@ const Pose& bend_at(const Bends& all, std::uint32_t anchor) {
   return (after == all.begin() ? after : std::prev(after))->second;
 }
 
-Pose between(const Pose& a, const Pose& b, double share) {
-  return {orthonormal((1 - share) * a.R + share * b.R), (1 - share) * a.t + share * b.t};
-}
-
 // How far `time` is from the one to the other, 0 to 1.
 double share_of(FrameTime from, FrameTime to, FrameTime time) {
   const double all = to_seconds(to - from), part = to_seconds(time - from);

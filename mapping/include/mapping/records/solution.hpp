@@ -17,8 +17,8 @@ struct PlacedAnchor {
   bool operator==(const PlacedAnchor&) const = default;
 };
 
-// One life of a robot that is in the map. An anchor that is not listed keeps its odometry from the one before it, or
-// from the first; with none listed the robot's own frame is the map's.
+// One life of a robot that is in the map. Between two anchors that are listed its way is bent evenly, before and behind
+// them it goes on by odometry (placed_anchors.hpp); with none listed the robot's own frame is the map's.
 struct SolvedRobot {
   ChainId chain;
   std::vector<PlacedAnchor> anchors;  // sorted by keyframe, each once; at most 16,384
