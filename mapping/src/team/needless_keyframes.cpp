@@ -56,6 +56,9 @@ std::vector<std::size_t> NeedlessKeyframes::look(const RobotId& self, const Team
                                                  OwnPlaces& places) {
   if (std::exchange(life_, own.incarnation) != own.incarnation) named_.clear(), tried_.clear();
   PlaceIndex& index = places.up_to_date(self, own);
+  const auto is_gone = [&](std::size_t position) { return own.keyframes[position] == nullptr; };
+  std::erase_if(named_, is_gone);
+  std::erase_if(tried_, [&](const auto& tried) { return is_gone(tried.first); });
   std::vector<View> all = views(own, solved), kept;
   std::vector<std::size_t> out;
   std::size_t asked = 0;

@@ -34,7 +34,7 @@ class NeedlessKeyframes {
                      PlaceIndex& index);
 
   std::uint64_t life_ = 0;
-  std::set<std::size_t> named_;
+  std::set<std::size_t> named_;                 // and still there
   std::map<std::size_t, std::uint32_t> tried_;  // positions, with the last one that each was compared with
 };
 
