@@ -1,6 +1,7 @@
 #include "mapping/team/loop_finder.hpp"
 
 #include <algorithm>
+#include <map>
 
 #include "team/verify_clouds.hpp"
 
@@ -60,6 +61,11 @@ void LoopFinder::keep(const LinkPair& pair, std::uint32_t anchor_a, std::uint32_
   untold_ = true;
 }
 
+std::vector<LoopFinder::Tried>::iterator LoopFinder::tried(const std::pair<std::uint32_t, std::uint32_t>& anchors) {
+  const auto at = std::ranges::lower_bound(tried_, anchors, {}, &Tried::anchors);
+  return at != tried_.end() && at->anchors == anchors ? at : tried_.insert(at, Tried{anchors, 0});
+}
+
 bool LoopFinder::look(const Agreement& team, OwnPlaces& places, const std::function<bool()>& stop) {
   const RobotId& self = team.log().self();
   const TeamMember* own = team.log().own();
@@ -71,15 +77,15 @@ bool LoopFinder::look(const Agreement& team, OwnPlaces& places, const std::funct
   const auto asked = candidates(*own, keyframe, places.up_to_date(self, *own));
   const Cloud cloud = asked.empty() ? Cloud{} : unpack(keyframe, Normals::none);
   std::vector<std::pair<LinkPair, std::uint32_t>> verified;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int> tried;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> tries;  // counted when the look was not stopped
   std::size_t looks = 0;
   for (const std::uint32_t position : asked) {
     if (stop()) return false;
     const KeyframeRecord earlier = source.load(position);
     const std::pair anchors{earlier.anchor, keyframe.anchor};
-    const auto before = tried_.find(anchors);
-    if ((before == tried_.end() ? 0 : before->second) + tried[anchors] >= kTriesOfAnchors) continue;
-    ++tried[anchors];
+    int& now = tries[anchors];
+    if (tried(anchors)->times + now >= kTriesOfAnchors) continue;
+    ++now;
     const PairResult result = verify_clouds(unpack(earlier), cloud, config_).result;
     if (result.reason == LinkReason::accepted)
       verified.push_back(
@@ -87,7 +93,7 @@ bool LoopFinder::look(const Agreement& team, OwnPlaces& places, const std::funct
            earlier.anchor});
     if (++looks == kLooks) break;
   }
-  for (const auto& [anchors, count] : tried) tried_[anchors] += count;
+  for (const auto& [anchors, count] : tries) tried(anchors)->times += count;
   for (const auto& [pair, anchor] : verified) keep(pair, anchor, keyframe.anchor);
   ++looked_;
   return true;

@@ -32,11 +32,10 @@ Status keep_keyframe(const RecordPtr& record, TeamMember& member) {
   return member.keyframes.add(record);
 }
 
-Status keep_poses(const RecordPtr& record, TeamMember& member) {
-  auto batch = decode_trajectory(record->body);
+Status keep_poses(const Record& record, TeamMember& member) {
+  const auto batch = decode_trajectory(record.body);
   if (!batch) return member.poses_refused = true, batch.error();
-  member.trajectories.push_back(record);
-  member.poses += batch->poses.size();
+  member.trajectory.insert(member.trajectory.end(), batch->poses.begin(), batch->poses.end());
   return success();
 }
 
@@ -83,7 +82,7 @@ Status TeamMember::apply(const RecordPtr& record) {
     case RecordKind::keyframe:
       return keep_keyframe(record, *this);
     case RecordKind::trajectory:
-      return keep_poses(record, *this);
+      return keep_poses(*record, *this);
     case RecordKind::submap:
       return submaps.add(record);
     case RecordKind::link:
@@ -98,15 +97,6 @@ Status TeamMember::apply(const RecordPtr& record) {
       return keep(decode_finished(record->body), finished);
   }
   return Error{"kind " + std::to_string(record->kind), "not known to this version"};
-}
-
-std::vector<StampedPose> TeamMember::trajectory() const {
-  std::vector<StampedPose> out;
-  out.reserve(poses);
-  for (const RecordPtr& record : trajectories)
-    if (const auto batch = decode_trajectory(record->body); batch)
-      out.insert(out.end(), batch->poses.begin(), batch->poses.end());
-  return out;
 }
 
 }  // namespace onemap::mapping

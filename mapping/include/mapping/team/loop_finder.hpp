@@ -1,5 +1,4 @@
 #pragma once
-#include <map>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -32,12 +31,17 @@ class LoopFinder {
     LinkPair pair;
     std::uint32_t anchor_a = 0, anchor_b = 0;
   };
+  struct Tried {  // of a pair of anchors
+    std::pair<std::uint32_t, std::uint32_t> anchors;
+    int times = 0;
+  };
+  std::vector<Tried>::iterator tried(const std::pair<std::uint32_t, std::uint32_t>& anchors);  // added when it is new
   const VerifyConfig config_;
   const Duration interval_;
   std::uint64_t life_ = 0;
-  std::size_t looked_ = 0;                                        // keyframes of the log
-  std::vector<Found> found_;                                      // at most kMaxLinkPairs
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int> tried_;  // of a pair of anchors
+  std::size_t looked_ = 0;    // keyframes of the log
+  std::vector<Found> found_;  // at most kMaxLinkPairs
+  std::vector<Tried> tried_;  // sorted by anchors
   bool untold_ = false;
   std::size_t told_ = 0;  // keyframes that were looked at when the last news was told
   Instant next_{};        // not told again before

@@ -20,7 +20,7 @@
 namespace onemap::mapping {
 
 // One robot of the team by its records of one life. What is large stays encoded, in the bodies that the store holds
-// anyway: a robot costs here a pointer a record and a pose a keyframe, whatever its records would decode to.
+// anyway: a robot costs here a pointer a record, a pose a keyframe and its way, whatever its records would decode to.
 struct TeamMember {
   static constexpr std::size_t kMaxLinks = 512, kMaxRulings = 512;  // beyond: refused
 
@@ -29,10 +29,10 @@ struct TeamMember {
   std::uint64_t repeats = 0;      // the earlier life whose records these are again; 0: none
   std::uint32_t map_blocks = 0;   // as many its global map can hold; 0: not said
   std::optional<FinishedRecord> finished;
-  KeyframeLog keyframes;                   // all of them
-  SubmapLog submaps;                       // all of them
-  std::vector<RecordPtr> trajectories;     // those that decode, in order of their log
-  std::size_t poses = 0;                   // in them
+  KeyframeLog keyframes;  // all of them
+  SubmapLog submaps;      // all of them
+  // Its way, in its own frame, in order of its log. Decoded: a thousand small bodies would be in as many places.
+  std::vector<StampedPose> trajectory;
   std::size_t keyframes_refused = 0;       // beyond what is looked at: they count for completeness, and nothing else
   bool poses_refused = false;              // some are missing for good
   std::optional<SolutionRecord> solution;  // the last one that it published
@@ -48,9 +48,9 @@ struct TeamMember {
   bool counts() const { return !name.empty(); }
   bool keyframes_complete() const { return finished && keyframes.size() + keyframes_refused >= finished->keyframes; }
   bool complete() const {
-    return keyframes_complete() && submaps.size() >= finished->submaps && (poses_refused || poses >= finished->tracked);
+    return keyframes_complete() && submaps.size() >= finished->submaps &&
+           (poses_refused || trajectory.size() >= finished->tracked);
   }
-  std::vector<StampedPose> trajectory() const;  // decoded, in the robot's own frame
 };
 
 }  // namespace onemap::mapping
