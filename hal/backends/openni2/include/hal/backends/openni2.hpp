@@ -28,7 +28,7 @@ Result<std::unique_ptr<DepthCamera>> open_openni2(const CameraAddress& address);
 // Its form and its options, before any device is looked for. The calibration file that it names is read.
 Status check_openni2(const CameraAddress& address);
 
-// The devices that OpenNI2's drivers see. None is opened.
+// The devices that OpenNI2's drivers see, with what the kernel has against one (usb_place.hpp). None is opened.
 std::vector<CameraInfo> list_openni2();
 
 }  // namespace onemap::hal
