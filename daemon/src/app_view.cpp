@@ -2,6 +2,8 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
+#include <utility>
+
 #include "daemon/app.hpp"
 #include "daemon/clock.hpp"
 #include "daemon/control/replies.hpp"
@@ -32,6 +34,9 @@ RobotFacts App::facts() const {
   facts.peak_rss_mb = daemon::peak_rss_mb();
   facts.status = status();
   facts.camera = camera_facts_;
+  CameraWords words = capture_->words();
+  facts.camera.description = std::move(words.description);
+  facts.camera.limits = std::move(words.limits);
   facts.camera.away = capture_->away();
   facts.camera.ended = capture_->ended();
   facts.capture = capture_->counters();

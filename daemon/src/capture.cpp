@@ -1,5 +1,7 @@
 #include "daemon/capture.hpp"
 
+#include <utility>
+
 #include "daemon/clock.hpp"
 
 namespace onemap::daemon {
@@ -20,6 +22,7 @@ Capture::Capture(hal::DepthCamera& camera, Speed speed, Failures& failures, Log&
       pool_(camera.intrinsics(), kFrames),
       queue_(kQueued),
       live_(camera.live()),
+      words_{camera.description(), camera.limits()},
       heartbeat_("capture", kStuckAfter) {
   read_counters();
 }
@@ -83,7 +86,27 @@ void Capture::tell(hal::Grab grab) {
   } else if (grab == hal::Grab::frame && away_) {
     away_ = false;
     log_.line("the camera is back");
+    read_words();
   }
+}
+
+void Capture::read_words() {
+  CameraWords words{camera_.description(), camera_.limits()};
+  if (words == words_) return;
+  if (words.description != words_.description) log_.line("camera {}", words.description);
+  if (words.limits != words_.limits) {
+    if (words.limits.empty())
+      log_.line("nothing limits the camera any more");
+    else
+      log_.warn("the camera {}", words.limits);
+  }
+  const std::lock_guard lock(mutex_);
+  words_ = std::move(words);
+}
+
+CameraWords Capture::words() const {
+  const std::lock_guard lock(mutex_);
+  return words_;
 }
 
 bool Capture::times_increase(hal::Frame& frame) {

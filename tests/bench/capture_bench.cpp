@@ -1,6 +1,7 @@
 // What capture takes of a core, camera by camera: the processor time of the thread that fetches frames, at the camera's
 // own pace of 30 Hz, through the real libraries on devices of our own. The peer is the V4L2 path without a driver:
-// bench_imaging's v4l2_frame. What a library does in threads of its own (libfreenect decodes there) is not in it.
+// bench_imaging's v4l2_frame. What a library does in threads of its own (libfreenect decodes there) is not in it: that
+// is bench_capture_mocked's.
 #include <fmt/format.h>
 #include <time.h>
 

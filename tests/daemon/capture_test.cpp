@@ -43,7 +43,9 @@ class ScriptedCamera final : public hal::DepthCamera {
   hal::CameraCounters counters() const override { return {frames_, bad_, 1 + bad_, 2 * waits_}; }
   bool live() const override { return true; }
   std::uint64_t frames_expected() const override { return 0; }
-  std::string description() const override { return "scripted"; }
+  // At a slow socket after the first time that it is unplugged, at the first one again after the second.
+  std::string description() const override { return unplugged_ == 1 ? "scripted, at another socket" : "scripted"; }
+  std::string limits() const override { return unplugged_ == 1 ? "is on USB 2" : ""; }
 
  private:
   hal::Intrinsics intrinsics_;
@@ -56,6 +58,7 @@ class ScriptedCamera final : public hal::DepthCamera {
 struct Played {
   std::vector<std::uint64_t> frames;
   CaptureCounters counters;
+  CameraWords words;
   bool ended = false;
   std::string log;
 };
@@ -72,6 +75,7 @@ Played play(std::deque<Grab> script) {
     while (auto frame = capture.frames().pop()) played.frames.push_back(frame->index);
     capture.stop();
     played.counters = capture.counters();
+    played.words = capture.words();
     played.ended = capture.ended();
   }
   played.log = testing::internal::GetCapturedStderr();
@@ -96,6 +100,19 @@ TEST(Capture, AGoneCameraIsWaitedForAndSaidOnceEachTime) {
   EXPECT_THAT(played.log, HasSubstr("unplugged 1;"));
   EXPECT_THAT(played.log, HasSubstr("unplugged 4;"));
   EXPECT_EQ(count(played.log, "the camera is back"), 2u) << played.log;
+}
+
+TEST(Capture, WhatTheCameraSaysOfItselfIsReadAnewWhenItIsBack) {
+  using enum Grab;
+  const Played once = play({frame, gone, frame, frame});
+  EXPECT_EQ(once.words, (CameraWords{"scripted, at another socket", "is on USB 2"}));
+  EXPECT_EQ(count(once.log, "camera scripted, at another socket\n"), 1u) << once.log;
+  EXPECT_EQ(count(once.log, "the camera is on USB 2\n"), 1u) << once.log;
+  EXPECT_EQ(play({frame, gone}).words, (CameraWords{"scripted", ""})) << "it is not back";
+  const Played twice = play({frame, gone, frame, gone, frame});
+  EXPECT_EQ(twice.words, (CameraWords{"scripted", ""}));
+  EXPECT_THAT(twice.log, HasSubstr("nothing limits the camera any more"));
+  EXPECT_THAT(play({frame, frame}).log, testing::Not(HasSubstr("scripted"))) << "nothing is new";
 }
 
 TEST(Capture, TimeoutsAndBadFramesDoNotEndTheStream) {

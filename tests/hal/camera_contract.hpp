@@ -8,6 +8,8 @@
 //   open(address, clock_offset = {})  the backend's open function, from text
 //   std::string address(), other()    of two cameras, to be open at once
 //   wrong_addresses()                 pairs of an address and what its error must say
+//   formats()                         pairs of an address and what its camera must say of itself: every form in which
+//                                     images of one scene come, the first that which address() has
 //   static constexpr bool kLive       live() of its cameras
 //   and when live: unplug(), plug(), pause(), resume() of the camera at address(); else kFrames, the stream's length
 #include <gmock/gmock.h>
@@ -15,9 +17,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "hal/backends.hpp"
 
@@ -61,6 +65,20 @@ class CameraContract : public testing::Test {
       return std::ranges::adjacent_find(pixels, std::not_equal_to{}) != pixels.end();
     };
     return differs(view.rgb) && differs(view.depth);
+  }
+  // Half of what has depth is nearer.
+  static double median_m(const FrameView& view) {
+    std::vector<std::uint16_t> seen;
+    std::ranges::copy_if(view.depth, std::back_inserter(seen), [](std::uint16_t value) { return value != 0; });
+    if (seen.empty()) return 0;
+    const auto middle = seen.begin() + static_cast<std::ptrdiff_t>(seen.size() / 2);
+    std::ranges::nth_element(seen, middle);
+    return *middle / view.intrinsics->depth_scale;
+  }
+  // Who went silent was not seen to go: it must be said who did.
+  static void expect_seen_to_go(const DepthCamera& camera) {
+    EXPECT_THAT(camera.last_error().text(), testing::Not(testing::HasSubstr("gave nothing")));
+    EXPECT_FALSE(camera.last_error().text().empty());
   }
 
   Rig rig_;
@@ -107,6 +125,30 @@ TYPED_TEST_P(CameraContract, FramesAreWholeAndTheirTimesIncrease) {
   }
 }
 
+TYPED_TEST_P(CameraContract, EveryFormatGivesWholeFramesInMetres) {
+  const auto formats = this->rig_.formats();
+  ASSERT_GE(formats.size(), 2u);
+  double first_m = 0;
+  for (const auto& [address, says] : formats) {
+    SCOPED_TRACE(address);
+    const auto camera = this->open(address);
+    ASSERT_TRUE(camera);
+    EXPECT_THAT(camera->description(), testing::HasSubstr(says));
+    const Intrinsics& k = camera->intrinsics();
+    FramePool pool(k, 1);
+    Frame frame = pool.acquire();
+    ASSERT_EQ(camera->grab(frame, this->kPatient), Grab::frame) << camera->last_error().text();
+    const FrameView view = frame.view();
+    const auto pixels = static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height);
+    EXPECT_EQ(view.rgb.size(), 3 * pixels);
+    EXPECT_EQ(view.depth.size(), pixels);
+    EXPECT_TRUE(this->has_content(view));
+    if (first_m == 0) first_m = this->median_m(view);
+    EXPECT_GT(this->median_m(view), 0.6 * first_m);
+    EXPECT_LT(this->median_m(view), 1.6 * first_m);
+  }
+}
+
 TYPED_TEST_P(CameraContract, NoFrameIsLostWhenAllAreTaken) {
   const auto camera = this->open(this->rig_.address());
   ASSERT_TRUE(camera);
@@ -146,8 +188,11 @@ TYPED_TEST_P(CameraContract, WaitingEndsWithTheTimeout) {
     EXPECT_EQ(this->grab_until(*camera, frame, Grab::frame), Grab::frame) << camera->last_error().text();
   } else {
     std::size_t frames = 0;
-    while (camera->grab(frame, this->kShort) == Grab::frame) ++frames;
+    Grab grab = camera->grab(frame, this->kPatient);
+    for (; grab == Grab::frame; grab = camera->grab(frame, this->kPatient)) ++frames;
+    EXPECT_EQ(grab, Grab::end) << camera->last_error().text();
     EXPECT_EQ(frames, TypeParam::kFrames);
+    EXPECT_EQ(camera->counters().bad, 0u);
     EXPECT_EQ(camera->grab(frame, this->kShort), Grab::end) << "and stays so";
     EXPECT_EQ(camera->frames_expected(), 0u);
   }
@@ -168,7 +213,7 @@ TYPED_TEST_P(CameraContract, AnUnpluggedCameraIsGoneAndComesBack) {
     EXPECT_EQ(this->grab_until(*camera, frame, Grab::timeout), Grab::timeout);
     this->rig_.unplug();
     EXPECT_EQ(this->grab_until(*camera, frame, Grab::gone), Grab::gone);
-    EXPECT_FALSE(camera->last_error().text().empty());
+    this->expect_seen_to_go(*camera);
     EXPECT_EQ(camera->grab(frame, this->kShort), Grab::gone);
     EXPECT_TRUE(this->has_content(kept.view())) << "a frame outlives its device";
     this->rig_.plug();
@@ -206,6 +251,7 @@ TYPED_TEST_P(CameraContract, UnpluggingEndsAWaitThatHasBegun) {
     this->rig_.unplug();
     reader.join();
     EXPECT_EQ(grab, Grab::gone);
+    this->expect_seen_to_go(*camera);
     this->rig_.plug();
     EXPECT_EQ(this->grab_until(*camera, frame, Grab::frame), Grab::frame) << camera->last_error().text();
   }
@@ -255,9 +301,9 @@ TYPED_TEST_P(CameraContract, TwoCamerasAtOnce) {
 }
 
 REGISTER_TYPED_TEST_SUITE_P(CameraContract, OpensAndSaysWhatItIs, WrongAddressesAreErrorsThatSayWhy,
-                            FramesAreWholeAndTheirTimesIncrease, NoFrameIsLostWhenAllAreTaken,
-                            WaitingEndsWithTheTimeout, AnUnpluggedCameraIsGoneAndComesBack,
-                            UnpluggingEndsAWaitThatHasBegun, TheClockOffsetIsInTheTimes,
-                            ClosesWhileItStreamsAndFramesOutliveIt, TwoCamerasAtOnce);
+                            FramesAreWholeAndTheirTimesIncrease, EveryFormatGivesWholeFramesInMetres,
+                            NoFrameIsLostWhenAllAreTaken, WaitingEndsWithTheTimeout,
+                            AnUnpluggedCameraIsGoneAndComesBack, UnpluggingEndsAWaitThatHasBegun,
+                            TheClockOffsetIsInTheTimes, ClosesWhileItStreamsAndFramesOutliveIt, TwoCamerasAtOnce);
 
 }  // namespace onemap::hal

@@ -9,6 +9,7 @@ namespace onemap::hal {
 namespace {
 
 using Wrong = std::vector<std::pair<std::string, std::string>>;
+using Formats = std::vector<std::pair<std::string, std::string>>;
 
 struct SimulatedRig {
   static constexpr bool kLive = false;
@@ -22,6 +23,11 @@ struct SimulatedRig {
   Wrong wrong_addresses() const {
     return {{"simulated:attic", "no scene 'attic'"}, {"simulated:office?speed=2", "unknown option 'speed'"}};
   }
+  Formats formats() const {
+    return {{address(), "96x72"},
+            {"simulated:office?width=320&height=240&frames=2", "320x240"},
+            {"simulated:office?width=848&height=480&frames=2&noise=none", "848x480"}};
+  }
 };
 INSTANTIATE_TYPED_TEST_SUITE_P(Simulated, CameraContract, SimulatedRig);
 
@@ -30,7 +36,9 @@ class ReplayRig {
   static constexpr bool kLive = false;
   static constexpr std::size_t kFrames = 24;
   ReplayRig() {
-    for (const char* name : {"one", "other"}) write(name, name == std::string("one") ? 0 : 100);
+    write("one", 0, kPng);
+    write("other", 100, kPng);
+    write("jpeg", 0, kJpeg);
   }
   std::string missing() const { return ""; }
   auto open(const std::string& address, Duration clock_offset = {}) const {
@@ -41,13 +49,17 @@ class ReplayRig {
   Wrong wrong_addresses() const {
     return {{"replay:/nowhere", "no folder"}, {address() + ":30:40", "0 to 24"}, {address() + "?x=1", "option 'x'"}};
   }
+  Formats formats() const { return {{address(), "TUM layout"}, {"replay:" + (folder_ / "jpeg"), "TUM layout"}}; }
 
  private:
-  void write(const std::string& name, int seed) const {
+  enum Colour { kPng, kJpeg };
+  void write(const std::string& name, int seed, Colour colour) const {
     std::string rgb, depth;
     for (int i = 0; i < static_cast<int>(kFrames); ++i) {
       const std::string n = std::to_string(i);
-      folder_.write(name + "/c" + n, test::encode_png(32, 24, {}, test::picture(32, 24, seed + i)));
+      const auto picture = test::picture(32, 24, seed + i);
+      folder_.write(name + "/c" + n,
+                    colour == kPng ? test::encode_png(32, 24, {}, picture) : test::encode_jpeg(32, 24, 3, picture));
       folder_.write(name + "/d" + n, test::encode_depth_png(32, 24, test::ramp(32, 24, seed + i)));
       rgb += n + ".100 c" + n + "\n";
       depth += n + ".110 d" + n + "\n";

@@ -233,6 +233,26 @@ TEST_F(OpenNi2CameraTest, ADeviceThatIsPulledOutIsGoneAndComesBack) {
   }
 }
 
+// No callback tells of a reset of USB: the device is there, and its streams are silent.
+TEST_F(OpenNi2CameraTest, ADeviceThatGivesNothingIsOpenedAnew) {
+  devices_.plug("a", kSteps + "clock_restarts 1\n");
+  open("openni2:");
+  ASSERT_EQ(step_and_grab(), Grab::frame);
+  const FrameTime last = frame_.colour_time;
+  for (int i = 0; i < 2; ++i) ASSERT_EQ(camera_->grab(frame_, 1s), Grab::timeout) << i;
+  ASSERT_EQ(step_and_grab(), Grab::frame) << "in time";
+  for (int i = 0; i < 4; ++i) ASSERT_EQ(camera_->grab(frame_, 1s), Grab::timeout) << i;
+  ASSERT_EQ(camera_->grab(frame_, 1s), Grab::gone);
+  EXPECT_THAT(camera_->last_error().text(),
+              HasSubstr("room://a: gave nothing for 5 s though it is still connected; it is opened again"));
+  devices_.step("a");
+  Grab grab = grab_past(Grab::gone);
+  if (grab == Grab::timeout) grab = grab_past(Grab::timeout);
+  ASSERT_EQ(grab, Grab::frame) << camera_->last_error().text();
+  EXPECT_GE(frame_.colour_time - last, Duration(5s)) << "its clock began anew, and the silence counts";
+  EXPECT_EQ(frame_.index, 2u);
+}
+
 TEST_F(OpenNi2CameraTest, AnotherDeviceIsNotTakenForTheOneThatLeft) {
   devices_.plug("a", kSteps + "serial ONE\n");
   open("openni2:");
@@ -246,6 +266,7 @@ TEST_F(OpenNi2CameraTest, AnotherDeviceIsNotTakenForTheOneThatLeft) {
   Grab grab = grab_past(Grab::gone);
   if (grab == Grab::timeout) grab = grab_past(Grab::timeout);
   EXPECT_EQ(grab, Grab::frame);
+  EXPECT_THAT(camera_->description(), HasSubstr("room://c")) << "where it is now";
 }
 
 TEST_F(OpenNi2CameraTest, ClosesAndOpensAgainWhileItStreams) {

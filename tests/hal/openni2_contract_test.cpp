@@ -17,6 +17,7 @@ class OpenNi2Rig {
   OpenNi2Rig() {
     plug();
     devices_.plug("b", "room simulated:office?width=80&height=60\non_demand 1\n");
+    devices_.plug("fine", kOffice + "hundred_um 1\n");
   }
   std::string missing() const { return ""; }
   auto open(const std::string& address, Duration clock_offset = {}) const {
@@ -30,15 +31,22 @@ class OpenNi2Rig {
             {"openni2:?speed=2", "unknown option 'speed'"},
             {"openni2:?mode=1920x1080@30", "there is no mode 1920x1080@30"}};
   }
+  std::vector<std::pair<std::string, std::string>> formats() const {
+    return {{address(), "96x72@30 1 mm (registered by the device), colour 96x72@30 RGB"},
+            {address() + "?registration=ours", "1 mm (registered by us)"},
+            {address() + "?mode=96x72@30&registration=none", "1 mm (taken as registered)"},
+            {"openni2:room://fine", "100 um (registered by the device)"}};
+  }
   void plug() {
     resume();
-    devices_.plug("a", "room simulated:office?width=96&height=72\non_demand 1\n");
+    devices_.plug("a", kOffice);
   }
   void unplug() { devices_.unplug("a"); }
   void pause() { devices_.folder().write("a.paused", ""); }
   void resume() { std::filesystem::remove(devices_.folder() / "a.paused"); }
 
  private:
+  const std::string kOffice = "room simulated:office?width=96&height=72\non_demand 1\n";
   test::OpenNi2Devices devices_;
 };
 INSTANTIATE_TYPED_TEST_SUITE_P(OpenNi2, CameraContract, OpenNi2Rig);
@@ -59,6 +67,11 @@ class OniRig {
             {address() + "?registration=device", "a recording"},
             {address() + "?mode=1920x1080@30", "there is no mode 1920x1080@30"}};
   }
+  std::vector<std::pair<std::string, std::string>> formats() const {
+    return {{address(), "96x72@30 1 mm (taken as registered)"},
+            {address() + "?registration=ours", "1 mm (registered by us)"},
+            {"openni2:" + recordings().file("fine"), "96x72@30 100 um"}};
+  }
 
  private:
   class Recordings {
@@ -66,17 +79,18 @@ class OniRig {
     Recordings() {
       make("one", "seed=3");
       make("other", "seed=3&robot=2");
+      make("fine", "seed=3", "hundred_um 1\n");
     }
     std::string file(const std::string& name) const { return folder_ / (name + ".oni"); }
     std::string missing;
 
    private:
-    void make(const std::string& name, const std::string& walk) {
+    void make(const std::string& name, const std::string& walk, const std::string& more = "") {
       constexpr int kWanted = static_cast<int>(kFrames), kTries = 10;
       for (int i = 0; i < kTries; ++i) {
         {
           test::OpenNi2Devices devices;
-          devices.plug(name, "room simulated:office?width=96&height=72&" + walk + "\nsteps 1\n");
+          devices.plug(name, "room simulated:office?width=96&height=72&" + walk + "\nsteps 1\n" + more);
           test::record(devices, name, file(name), kWanted);
         }
         if (test::images_in(file(name)) == std::array{kWanted, kWanted}) return;

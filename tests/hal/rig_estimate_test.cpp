@@ -84,12 +84,13 @@ TEST(RigEstimate, FindsTheDepthLensAndTheOffsetOfDepthAndSaysHowSure) {
 TEST(RigEstimate, NoOffsetIsFoundWhereThereIsNoneAndTheLensesDistanceTellsTheScale) {
   RigEstimator::Settings settings;
   settings.baseline_m = std::hypot(0.025, 0.003);
-  const auto found = estimated(kWalk, 0, 1.05, settings);
+  const auto found = estimated(kWalk, 0, 1.2, settings);
   ASSERT_TRUE(found) << found.error().reason;
   EXPECT_FALSE(found->offset_told) << found->offset.value << " +- " << found->offset.sigma;
   EXPECT_EQ(found->rig.depth_offset_m, 0);
   ASSERT_TRUE(found->scale);
-  EXPECT_NEAR(found->scale->value, 5000 * 1.05, 4 * found->scale->sigma + 50);
+  EXPECT_NEAR(found->scale->value, 5000 * 1.2, 4 * found->scale->sigma + 50);
+  EXPECT_NEAR(found->scale->value, 5000 * 1.2, 0.1 * 5000) << "+- " << found->scale->sigma;
   EXPECT_LT(found->scale->sigma, 0.05 * 5000);
   EXPECT_EQ(found->rig.colour.depth_scale, found->scale->value);
   EXPECT_EQ(found->rig.depth->depth_scale, found->scale->value);

@@ -84,7 +84,7 @@ class App {
   Instant began_{};
   Failures failures_;
   std::unique_ptr<hal::DepthCamera> camera_;
-  CameraFacts camera_facts_;  // as it was opened: the camera itself is the capture thread's
+  CameraFacts camera_facts_;  // as it was opened: from then on it is the capture thread's, which knows its words
   std::uint64_t frames_expected_ = 0;
   std::unique_ptr<Team> team_;
   std::unique_ptr<Radio> radio_;

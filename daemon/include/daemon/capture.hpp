@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <functional>
 #include <mutex>
+#include <string>
 
 #include "daemon/config.hpp"
 #include "daemon/frame_check.hpp"
@@ -26,6 +27,12 @@ struct CaptureCounters {
   std::uint64_t unmatched = 0, missed = 0;
 };
 
+// What the camera says of itself, for people; another socket may change it.
+struct CameraWords {
+  std::string description, limits;  // hal::DepthCamera
+  bool operator==(const CameraWords&) const = default;
+};
+
 // The capture thread: camera -> frame of the pool -> queue. At `max` it waits for the pipeline, so that every frame is
 // processed; else it keeps the recording's pace and the oldest frame makes room, counted. A camera that goes away is
 // waited for. Ends with the stream.
@@ -44,11 +51,13 @@ class Capture {
   bool ended() const { return ended_; }  // the stream came to its end by itself
   bool away() const { return away_; }    // the camera is gone, and waited for
   CaptureCounters counters() const;
+  CameraWords words() const;  // as of when it was opened, or came back the last time
   const Heartbeat& heartbeat() const { return heartbeat_; }
 
  private:
   void run();
   void read_counters();       // the camera's: only its thread may
+  void read_words();          // likewise, and says what is new
   void tell(hal::Grab grab);  // what became of the camera, once each time that it changes
   bool deliver(hal::Frame frame);
   bool usable(hal::Frame& frame);  // of a frame that came, whether it goes on from here
@@ -70,7 +79,8 @@ class Capture {
   std::atomic<bool> away_ = false;  // the camera, as the log has it
   std::atomic<bool> ended_ = false;
   bool stopping_ = false;  // with mutex_
-  std::mutex mutex_;
+  CameraWords words_;      // with mutex_
+  mutable std::mutex mutex_;
   std::condition_variable wake_;
   bool paced_ = false;  // the first frame set the pace's origin
   Instant origin_{};

@@ -1,5 +1,8 @@
 #pragma once
 // Cameras that umockdev plays, with images whose every value is known, and the files that calibrate them.
+#include <algorithm>
+
+#include "hal/imaging/encode_image.hpp"
 #include "hal/v4l2/mock_uvc.hpp"
 #include "support/temp_folder.hpp"
 
@@ -41,11 +44,20 @@ inline MockNodeConfig colour_node(std::vector<std::uint32_t> formats = {kYuyv}) 
   return config;
 }
 
+// JPEG in place of rows: red 200, green 100, blue rises along the rows, so that something is in the picture.
+inline void jpeg_images(const MockMode& mode, std::uint32_t, std::uint8_t* out, std::uint32_t) {
+  const hal::imaging::ImageSize size{static_cast<int>(mode.width), static_cast<int>(mode.height)};
+  std::vector<std::uint8_t> rgb(3 * size.pixels()), file;
+  for (std::size_t i = 0; i < rgb.size(); i += 3)
+    rgb[i] = 200, rgb[i + 1] = 100, rgb[i + 2] = static_cast<std::uint8_t>(i / 3 % mode.width / 4);
+  if (hal::imaging::encode_jpeg(size, rgb, 95, file)) std::ranges::copy(file, out);
+}
+
 inline const char* const kRegistered = "width 640\nheight 480\nfx 600\nfy 600\ncx 319.5\ncy 239.5\ndepth_scale 1000\n";
 inline const char* const kDepthLens =
     "depth_width 640\ndepth_height 480\ndepth_fx 600\ndepth_fy 600\ndepth_cx 319.5\ndepth_cy 239.5\n";
 
-// A machine with up to two cameras.
+// A machine with its cameras.
 class Machine {
  public:
   Machine() {

@@ -33,6 +33,25 @@ class V4l2Rig {
             {"v4l2:?calibration=/nowhere.txt", "/nowhere.txt: cannot read"},
             {address() + "&color=/dev/video2", "no colour format (YUYV, UYVY, MJPG, GREY); it has Z16"}};
   }
+  std::vector<std::pair<std::string, std::string>> formats() {
+    std::vector<std::pair<std::string, std::string>> out{{address(), "Z16 640x480, colour /dev/video1 YUYV 640x480"}};
+    const auto add = [&](std::uint32_t depth_format, std::uint32_t colour_format, const std::string& says) {
+      test::MockNodeConfig depth = depth_node(), colour = colour_node({colour_format});
+      depth.formats = {depth_format};
+      if (colour_format == V4L2_PIX_FMT_MJPEG) colour.content = test::jpeg_images;
+      const int number = 20 + 2 * static_cast<int>(out.size());
+      machine_.add(number, number, depth, colour);
+      out.emplace_back("v4l2:/dev/video" + std::to_string(number) + "?calibration=" + machine_.file("registered.txt"),
+                       says);
+    };
+    add(test::kZ16, test::kUyvy, "UYVY");
+    add(test::kZ16, V4L2_PIX_FMT_MJPEG, "MJPG");
+    add(test::kZ16, test::kGrey, "GREY");
+    add(V4L2_PIX_FMT_Y16, test::kYuyv, "Y16 640x480");
+    out.emplace_back(address() + "&size=320x240", "Z16 320x240");
+    out.emplace_back("v4l2:/dev/video0?calibration=" + machine_.file("two-lenses.txt"), "two-lenses.txt");
+    return out;
+  }
   void unplug() { machine_.camera(0).unplug(); }
   void plug() { machine_.camera(0).plug(number_ += 2); }  // under other numbers, as the kernel does
   void pause() { machine_.camera(0).pause(true); }

@@ -110,6 +110,26 @@ TEST_F(V4l2List, ACameraThatWasMadeForUsb2IsNotLimitedByIt) {
   }
 }
 
+TEST_F(V4l2List, WhatLimitsACameraIsThePortThatItIsPluggedInNow) {
+  test::MockUvc& mock = machine_.add(1, 0, depth_node(), colour_node());
+  mock.unplug();
+  mock.on_bus("5000", "3.20");
+  mock.plug(2);
+  const auto camera = open_text(open_v4l2, "v4l2:");
+  ASSERT_TRUE(camera.ok()) << camera.error().text();
+  EXPECT_EQ((*camera)->limits(), "");
+  FramePool pool((*camera)->intrinsics(), 1);
+  Frame frame = pool.acquire();
+  mock.unplug();
+  mock.on_bus("480", "2.10");
+  mock.plug(4);
+  Grab grab = Grab::gone;
+  for (int i = 0; i < 100 && grab != Grab::frame; ++i) grab = (*camera)->grab(frame, 100ms);
+  ASSERT_EQ(grab, Grab::frame) << (*camera)->last_error().text();
+  EXPECT_THAT((*camera)->limits(), HasSubstr("is on USB 2 (480 Mbit/s)"));
+  EXPECT_THAT((*camera)->description(), HasSubstr("depth /dev/video4"));
+}
+
 TEST_F(V4l2List, ANodeWithY16AloneIsToldWithWhatToDo) {
   MockNodeConfig depth = depth_node();
   depth.formats = {V4L2_PIX_FMT_Y16};

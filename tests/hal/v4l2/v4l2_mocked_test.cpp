@@ -7,7 +7,6 @@
 
 #include "hal/backends/v4l2.hpp"
 #include "hal/camera_contract.hpp"
-#include "hal/imaging/encode_image.hpp"
 #include "hal/v4l2/mock_machine.hpp"
 
 namespace onemap::hal {
@@ -149,14 +148,7 @@ TEST_F(V4l2, PaddedRowsAndOtherFormatsAndSizes) {
 // Each image is a JPEG with what the buffer held before behind it, as UVC cameras leave it.
 TEST_F(V4l2, MjpegBecomesColour) {
   MockNodeConfig colour = colour_node({V4L2_PIX_FMT_MJPEG});
-  colour.content = [](const test::MockMode& mode, std::uint32_t sequence, std::uint8_t* out, std::uint32_t) {
-    const imaging::ImageSize size{static_cast<int>(mode.width), static_cast<int>(mode.height)};
-    std::vector<std::uint8_t> rgb(3 * size.pixels()), file;
-    for (std::size_t i = 0; i < rgb.size(); i += 3)
-      rgb[i] = 200, rgb[i + 1] = 100, rgb[i + 2] = static_cast<std::uint8_t>(sequence);
-    ASSERT_TRUE(imaging::encode_jpeg(size, rgb, 95, file));
-    std::ranges::copy(file, out);
-  };
+  colour.content = test::jpeg_images;
   machine_.add(1, 0, depth_node(), colour);
   const auto camera = open(address());
   ASSERT_TRUE(camera);

@@ -35,6 +35,11 @@ class KinectRig {
             {"libusb:?tilt=3", "unknown option 'tilt'"},
             {"libusb:?registration=yes", "expected device, ours or none"}};
   }
+  std::vector<std::pair<std::string, std::string>> formats() const {
+    return {{address(), "registered by the device"},
+            {address() + "?registration=ours", "registered by us"},
+            {address() + "?registration=none", "taken as registered"}};
+  }
   void plug() {
     resume();
     one_.plug();

@@ -112,16 +112,17 @@ Grab LibusbCamera::grab_connected(Frame& into, milliseconds timeout) {
 Grab LibusbCamera::stalled() {
   const bool listed = std::ranges::any_of(usb_->kinects(), [&](const Plugged& k) { return is_ours(k); });
   return lose_device(
-      fmt::format("gave nothing for {} s{}", std::chrono::seconds(Stall::kAfter / milliseconds(1000)).count(),
-                  listed ? " though it is still connected; it is opened again" : ", and is not there any more"));
+      fmt::format("gave nothing for {} s{}", Stall::kAfter / milliseconds(1000),
+                  listed ? " though it is still connected; it is opened again" : ", and is not there any more"),
+      Stall::kAfter);
 }
 
-Grab LibusbCamera::lose_device(const std::string& why) {
+Grab LibusbCamera::lose_device(const std::string& why, milliseconds silent) {
   error_ = Error{"camera libusb:" + serial_, why};
   counters_.unmatched += pairs_->unmatched();
   pairs_.emplace(kMaxApart, kWaiting);
   freenect_->close();
-  away_ = looked_at_ = {};
+  away_ = looked_at_ = silent;
   return Grab::gone;
 }
 

@@ -44,7 +44,7 @@ class LibusbCamera final : public DepthCamera {
   bool is_ours(const Plugged& kinect) const { return kinect.problem.empty() && kinect.serial == serial_; }
   void look_anew();
   Grab stalled();
-  Grab lose_device(const std::string& why);
+  Grab lose_device(const std::string& why, std::chrono::milliseconds silent = {});
   void take(const ImageRing::Image& image);
   bool next_pair(Outcome& pair);
   Grab deliver(const Outcome& pair, Frame& into);

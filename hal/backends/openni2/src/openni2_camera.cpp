@@ -96,12 +96,13 @@ Grab OpenNi2Camera::grab_connected(Frame& into, milliseconds timeout) {
   for (milliseconds left = timeout;;) {
     imaging::PairByTime::Outcome pair;
     if (next_pair(pair)) return deliver(pair, into);
-    if (hotplug_->left()) return lose_device();
+    if (hotplug_->left()) return lose_device("was disconnected");
     if (over_ || device_->played_to_the_end()) return Grab::end;
     const milliseconds wait = std::clamp(left, milliseconds(1), kLook);
     openni::VideoFrameRef image;
     const Device::Image kind = device_->read(image, wait);
-    if (kind == Device::Image::broken) return hotplug_->left() ? lose_device() : broken(device_->last_error());
+    if (kind == Device::Image::broken)
+      return hotplug_->left() ? lose_device("was disconnected") : broken(device_->last_error());
     if (kind != Device::Image::none) {
       silent_ = {};
       take(kind, image);
@@ -110,7 +111,7 @@ Grab OpenNi2Camera::grab_connected(Frame& into, milliseconds timeout) {
     if (address_.file && (silent_ += wait) >= kRecordingPatience)
       return broken(Error{printable("camera " + identity_.uri), "gives no images before its end"});
     left -= wait;
-    if (left <= left.zero()) return Grab::timeout;
+    if (left <= left.zero()) return !address_.file && stall_.waited(timeout) ? stalled() : Grab::timeout;
   }
 }
 
@@ -122,13 +123,23 @@ Grab OpenNi2Camera::broken(const Error& error) {
   return Grab::bad;
 }
 
-Grab OpenNi2Camera::lose_device() {
-  error_ = Error{printable("camera " + identity_.uri), "was disconnected"};
+// No driver said that it left: the USB was reset, or it hangs.
+Grab OpenNi2Camera::stalled() {
+  const auto devices = connected_devices();
+  const bool listed = std::ranges::any_of(devices, [&](const auto& d) { return identity_.may_be(identity_of(d)); });
+  return lose_device(
+      fmt::format("gave nothing for {} s{}", Stall::kAfter / milliseconds(1000),
+                  listed ? " though it is still connected; it is opened again" : ", and is not there any more"),
+      Stall::kAfter);
+}
+
+Grab OpenNi2Camera::lose_device(const std::string& why, milliseconds silent) {
+  error_ = Error{printable("camera " + identity_.uri), why};
   counters_.unmatched += pairs_->unmatched();
   pairs_.emplace(kMaxApart, kWaiting);
   for (openni::VideoFrameRef& image : held_) image.release();
   device_.reset();
-  away_ = {};
+  away_ = silent;
   return Grab::gone;
 }
 
@@ -151,6 +162,8 @@ bool OpenNi2Camera::reconnect() {
     }
     if (!identity_.may_be((*device)->identity()) || (*device)->colour() != colour_) continue;
     device_ = std::move(*device);
+    identity_.uri = device_->identity().uri;  // another socket has another
+    describe();
     clock_.came_back(away_);
     last_frame_index_ = 0;
     return true;
@@ -185,6 +198,7 @@ bool OpenNi2Camera::next_pair(imaging::PairByTime::Outcome& pair) {
 }
 
 Grab OpenNi2Camera::deliver(const imaging::PairByTime::Outcome& pair, Frame& into) {
+  stall_.came();
   into.index = numbers_[pair.colour.buffer] - 1;
   const Status status = decode(pair, into);
   held(pair.colour).release();

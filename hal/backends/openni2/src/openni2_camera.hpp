@@ -13,6 +13,7 @@
 #include "hal/device_clock.hpp"
 #include "hal/imaging/pair_by_time.hpp"
 #include "hal/imaging/register_depth.hpp"
+#include "hal/stall.hpp"
 #include "library.hpp"
 
 namespace onemap::hal::openni2 {
@@ -40,7 +41,8 @@ class OpenNi2Camera final : public DepthCamera {
   Grab grab_connected(Frame& into, std::chrono::milliseconds timeout);
   Grab grab_gone(Frame& into, std::chrono::milliseconds timeout);
   bool reconnect();
-  Grab lose_device();
+  Grab lose_device(const std::string& why, std::chrono::milliseconds silent = {});
+  Grab stalled();
   Grab broken(const Error& error);
   void take(Device::Image kind, openni::VideoFrameRef& image);
   bool next_pair(imaging::PairByTime::Outcome& pair);
@@ -64,6 +66,7 @@ class OpenNi2Camera final : public DepthCamera {
   std::unique_ptr<imaging::DepthRegistration> registration_;  // null: depth comes registered
   std::vector<std::uint16_t> unregistered_;
   DeviceClock clock_;
+  Stall stall_;
   std::chrono::milliseconds away_{}, silent_{};  // waited for the device; for the recording's next image
   bool over_ = false;
   std::uint64_t index_ = 0;  // colour images that the device took so far
