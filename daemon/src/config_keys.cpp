@@ -5,6 +5,7 @@
 #include "daemon/cameras.hpp"
 #include "daemon/config_key_kinds.hpp"
 #include "daemon/control/listener.hpp"
+#include "daemon/map_preset.hpp"
 #include "hal/base/ids.hpp"
 
 namespace onemap::daemon {
@@ -198,6 +199,12 @@ void add_tracking(std::vector<ConfigKey>& keys) {
 }
 
 void add_map(std::vector<ConfigKey>& keys) {
+  keys.push_back(either<MapPreset>(
+      {"map", "preset",
+       fmt::format("fine, for models to be shown: those of these keys that have their default are {}; five times the "
+                   "blocks and bytes, and two and a half times the fusion",
+                   fine_values())},
+      {"usual", MapPreset::usual}, {"fine", MapPreset::fine}, [](auto& c) -> auto& { return c.preset; }));
   keys.push_back(number(
       {"map", "voxel_m", "side of a voxel in metres"}, Limits::voxel_m,
       [](auto& c) -> auto& { return c.mapper.map.voxel_m; }));

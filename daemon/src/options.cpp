@@ -10,6 +10,7 @@
 #include "daemon/command_line.hpp"
 #include "daemon/config_key.hpp"
 #include "daemon/man.hpp"
+#include "daemon/map_preset.hpp"
 #include "daemon/team_seal.hpp"
 
 namespace onemap::daemon {
@@ -33,6 +34,7 @@ constexpr Option kOptions[] = {
     {"--quick-stop", "run", "quick_stop", ""},
     {"--speed", "run", "speed", "X|max"},
     {"--features", "tracking", "features", "KIND"},
+    {"--map-preset", "map", "preset", "NAME"},
     {"--linger", "run", "linger_s", "S"},
     {"--matches-picture", "run", "matches_picture", "N"},
     {"--out", "robot", "out", "OUT"},
@@ -199,6 +201,7 @@ std::vector<Error> read(const CommandLine& line, const Surroundings& surrounding
     if (given.parsed->count() == 0) continue;
     if (auto status = apply(given, config); !status) errors.push_back(status.error());
   }
+  apply_preset(config);
   fill_in(surroundings, config);
   if (!errors.empty() || line.dump) return errors;
   if (auto status = check_config(config); !status) errors.push_back(status.error());

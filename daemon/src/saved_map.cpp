@@ -23,7 +23,6 @@ constexpr std::array<std::uint8_t, 8> kMagic{'o', 'n', 'e', 'm', 'a', 'p', 0, 1}
 enum class Tag : std::uint8_t { end = 0, grid = 1, title = 2, path = 3, submap = 4, up = 5 };
 constexpr std::size_t kBlocksAtOnce = 256;
 constexpr std::size_t kPoseBytes = 28;
-constexpr std::size_t kBytesPerBlock = 8192;  // of a voxel map's budget, more than it needs
 constexpr std::uint32_t kMostBlocks = 8u << 20;
 
 void put_section(std::vector<std::uint8_t>& out, Tag tag, std::span<const std::uint8_t> content) {
@@ -120,18 +119,6 @@ bool get_poses(ByteReader& in, const mapping::Pose& T_map_robot, std::vector<map
   return in.ok();
 }
 
-bool put_block(const mapping::SubmapBlock& block, mapping::VoxelMap& map) {
-  mapping::Voxel* voxels = map.find_or_add(block.key);
-  if (voxels == nullptr) return false;
-  for (std::size_t i = 0; i < block.voxels.size(); ++i) {
-    const mapping::SubmapVoxel& from = block.voxels[i];
-    if (from.weight == 0) continue;
-    voxels[i].add_tsdf(from.tsdf, from.weight);
-    if (from.rgb != mapping::Rgb{}) voxels[i].add_color(from.rgb[0], from.rgb[1], from.rgb[2]);
-  }
-  return true;
-}
-
 class Loader {
  public:
   explicit Loader(const std::string& place) : place_(place) {}
@@ -150,8 +137,8 @@ class Loader {
       if (auto taken = take(section); !taken) return taken.error();
     }
     if (!in.done()) return Error{place_, "goes on after its end"};
-    if (!map_) return Error{place_, "says no voxel size"};
-    scene_.mesh = mapping::extract_mesh(*map_);
+    if (voxel_um_ == 0) return Error{place_, "says no voxel size"};
+    if (auto made = make_mesh(); !made) return made.error();
     return std::move(scene_);
   }
 
@@ -181,14 +168,9 @@ class Loader {
     const auto blocks = in.get<std::uint32_t>();
     const bool good = in.done() && voxel >= 1000 && voxel <= 1'000'000 && truncation >= voxel &&
                       truncation <= 100 * voxel && blocks <= kMostBlocks;
-    if (!good || map_) return Error{place_, "a voxel size that cannot be"};
-    mapping::VoxelMapConfig config;
-    config.voxel_m = static_cast<float>(voxel * 1e-6);
-    config.truncation_m = static_cast<float>(truncation * 1e-6);
-    config.budget_bytes = (1u << 20) + blocks * kBytesPerBlock;
-    config.image_pixels = 0;
-    config.resident = false;
-    map_.emplace(config);
+    if (!good || voxel_um_ != 0) return Error{place_, "a voxel size that cannot be"};
+    voxel_um_ = static_cast<std::int32_t>(voxel);
+    most_blocks_ = blocks;
     return success();
   }
 
@@ -218,17 +200,33 @@ class Loader {
   }
 
   Status take_submap(std::span<const std::uint8_t> content) {
-    if (!map_) return Error{place_, "a submap before the voxel size"};
+    if (voxel_um_ == 0) return Error{place_, "a submap before the voxel size"};
     auto record = mapping::decode_submap(content);
     if (!record) return Error{place_, record.error().text()};
-    if (record->voxel_um != map_->config().voxel_um()) return Error{place_, "a submap of another voxel size"};
-    for (const mapping::SubmapBlock& block : record->blocks)
-      if (!put_block(block, *map_)) return Error{place_, "more blocks than it said"};
+    if (record->voxel_um != voxel_um_) return Error{place_, "a submap of another voxel size"};
+    blocks_ += record->blocks.size();
+    if (blocks_ > most_blocks_) return Error{place_, "more blocks than it said"};
+    submaps_.push_back(std::move(*record));
+    return success();
+  }
+
+  Status make_mesh() {
+    std::vector<const mapping::SubmapBlock*> blocks;
+    blocks.reserve(blocks_);
+    for (const mapping::SubmapRecord& submap : submaps_)
+      for (const mapping::SubmapBlock& block : submap.blocks) blocks.push_back(&block);
+    const auto key = [](const mapping::SubmapBlock* block) { return block->key; };
+    std::ranges::sort(blocks, {}, key);
+    if (std::ranges::adjacent_find(blocks, {}, key) != blocks.end())
+      return Error{place_, "a block that is there twice"};
+    scene_.mesh = mapping::extract_mesh(blocks, static_cast<float>(voxel_um_ * 1e-6));
     return success();
   }
 
   const std::string& place_;
-  std::optional<mapping::VoxelMap> map_;
+  std::int32_t voxel_um_ = 0;  // 0: not said yet
+  std::size_t most_blocks_ = 0, blocks_ = 0;
+  std::vector<mapping::SubmapRecord> submaps_;
   render::Scene scene_;
 };
 

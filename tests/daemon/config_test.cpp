@@ -228,6 +228,7 @@ TEST_F(ConfigFile, TheExampleCarriesEveryValue) {
   all.control_socket = "c.sock";
   all.control_tcp = "127.0.0.1:4680";
   all.control_metrics = "[::1]:9464";
+  all.preset = MapPreset::fine;
   all.mapper.features = mapping::DescriptorKind::orb;
   all.mapper.max_features = 51;
   all.mapper.max_keyframes = 11;

@@ -32,7 +32,7 @@ TEST(DaemonOptions, CommandLineGoesOverTheFile) {
 TEST(DaemonOptions, TakesEveryOption) {
   const auto parsed =
       parse({"--id", "a", "--listen", "127.0.0.1:0", "--peer", "127.0.0.1:1", "--peer", "127.0.0.1:2", "--speed", "max",
-             "--once", "--features", "orb", "--linger", "0.5", "--matches-picture", "7"});
+             "--once", "--features", "orb", "--linger", "0.5", "--matches-picture", "7", "--map-preset", "fine"});
   ASSERT_TRUE(parsed.value) << parsed.text;
   EXPECT_EQ(parsed.value->id, "a");
   EXPECT_EQ(parsed.value->out, "o");
@@ -43,6 +43,7 @@ TEST(DaemonOptions, TakesEveryOption) {
   EXPECT_EQ(parsed.value->mapper.features, mapping::DescriptorKind::orb);
   EXPECT_EQ(parsed.value->linger_s, 0.5);
   EXPECT_EQ(parsed.value->matches_picture, 7);
+  EXPECT_EQ(parsed.value->mapper.map.voxel_um(), 10'000);
   EXPECT_FALSE(parsed.value->alone());
 }
 
@@ -69,6 +70,7 @@ TEST(DaemonOptions, RefusesWithUsageAndSaysWhichOption) {
       {{"--matches-picture", "2.5"}, "--matches-picture: expected a whole number"},
       {{"--matches-picture", "99999999999999999999"}, "--matches-picture"},
       {{"--features", "sift"}, "--features: \"sift\" is neither surf nor orb"},
+      {{"--map-preset", "fin"}, "did you mean \"fine\"?"},
       {{"--id", "a b"}, "--id: 'a b'"},
       {{"--id", ""}, "--id: is given but empty"},
       {{"--id", "a", "--id", "b"}, "--id"},

@@ -115,6 +115,22 @@ TEST(SavedMap, WhatIsCutShortIsRefusedWithThePlace) {
   EXPECT_THAT(load_map("x", std::vector<std::uint8_t>{1, 2, 3}).error().text(), HasSubstr("not a saved map"));
 }
 
+// Sections are tag u8, size u32, content; the grid is the first one, its third number says how many blocks there are.
+TEST(SavedMap, MoreBlocksThanItSaidAndABlockTwiceAreRefused) {
+  const auto whole = saved();
+  std::vector<std::uint8_t> submaps;
+  for (std::size_t at = 8; whole[at] != 0;) {
+    const std::size_t size = 5 + whole[at + 1] + 256u * whole[at + 2] + 65536u * whole[at + 3];
+    if (whole[at] == 4) submaps.insert(submaps.end(), &whole[at], &whole[at] + size);
+    at += size;
+  }
+  auto twice = whole;
+  twice.insert(twice.end() - 5, submaps.begin(), submaps.end());
+  EXPECT_THAT(load_map("x", twice).error().text(), HasSubstr("more blocks than it said"));
+  twice[8 + 5 + 8 + 2] = 1;  // 65536 more
+  EXPECT_THAT(load_map("x", twice).error().text(), HasSubstr("a block that is there twice"));
+}
+
 TEST(SavedMap, DamagedBytesGiveAMapOrAReason) {
   const auto whole = saved();
   test::Random random(7);

@@ -195,6 +195,33 @@ TEST(IntegrateRange, IgnoresWhatIsTooFar) {
   EXPECT_EQ(map.used(), 0u);
 }
 
+// The band of a map to be shown has colour throughout, the usual one two voxels before and behind the surface.
+TEST(IntegrateColour, ReachesThroughABandOfMoreThanThreeVoxels) {
+  const auto frames = walk(room_with_sphere(), test::small_camera(), 1);
+  for (const float voxel_m : {0.02f, 0.01f}) {
+    VoxelMapConfig config;
+    config.voxel_m = voxel_m;
+    config.budget_bytes = 128u << 20;
+    VoxelMap map(config);
+    fuse(map, frames);
+    int observed = 0, uncoloured = 0, near = 0;
+    map.for_each([&](const BlockView& block) {
+      for (const Voxel& voxel : block.voxels) {
+        if (voxel.weight == 0) continue;
+        ++observed;
+        uncoloured += voxel.color_weight == 0;
+        near += voxel.color_weight == 0 && std::abs(voxel.tsdf()) < 660;
+      }
+    });
+    EXPECT_GT(observed, 50000);
+    EXPECT_EQ(near, 0) << voxel_m;
+    if (voxel_m > 0.015f)
+      EXPECT_GT(uncoloured, observed / 5);
+    else
+      EXPECT_EQ(uncoloured, 0);
+  }
+}
+
 // A truncation that is deeper than the depth: nothing behind the camera was seen.
 TEST(IntegrateRange, TakesNothingBehindTheCamera) {
   hal::Intrinsics k = test::small_camera();

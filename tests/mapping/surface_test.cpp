@@ -4,6 +4,7 @@
 
 #include <map>
 
+#include "mapping/local/make_submap.hpp"
 #include "support/analytic_scene.hpp"
 
 namespace onemap::mapping {
@@ -123,6 +124,30 @@ double area(const TriangleMesh& mesh) {
   return out;
 }
 
+// Blocks as they are saved give the surface that their map gives, to the bit: a ball, and a hole on a corner of blocks.
+TEST(Surface, OfSavedBlocksIsTheirMaps) {
+  VoxelMap map{VoxelMapConfig{}};
+  fill(map, 3, [](const Vector3d& p) { return p.norm() - 0.3; });
+  map.find_or_add({0, 0, 0})[3].add_color(10, 20, 30);
+  map.find_or_add({1, 0, -1})[0] = {};
+  std::vector<BlockKey> keys;
+  map.for_each_sorted([&](const BlockView& block) {
+    if (block.key != BlockKey{1, 1, 0}) keys.push_back(block.key);
+  });
+  VoxelMap same = map.sibling();
+  for (const BlockKey& key : keys) std::copy_n(map.find(key), kBlockVoxels, same.find_or_add(key));
+  const SubmapRecord saved = make_submap(map, keys);
+  std::vector<const SubmapBlock*> blocks;
+  for (const SubmapBlock& block : saved.blocks) blocks.push_back(&block);
+  const TriangleMesh expected = extract_mesh(same), mesh = extract_mesh(blocks, map.config().voxel_m);
+  ASSERT_GT(expected.vertices.size(), 1000u);
+  EXPECT_EQ(mesh.vertices, expected.vertices);
+  EXPECT_EQ(mesh.normals, expected.normals);
+  EXPECT_EQ(mesh.colors, expected.colors);
+  EXPECT_EQ(mesh.triangles, expected.triangles);
+  EXPECT_TRUE(extract_mesh(blocks, map.config().voxel_m, 5).triangles.empty());
+}
+
 // A plane that is seen at a slant: its distance along the optical axis, z, is `tan` times too large, so that at 70
 // degrees the band is as thick as a cell's diagonal, and at 75 thinner.
 TEST(Surface, SeenAtASlantIsNotInStripes) {
@@ -153,6 +178,22 @@ TEST(Surface, ClosesOverOneUnseenVoxel) {
     const TriangleMesh mesh = extract_mesh(map);
     EXPECT_EQ(mesh.triangles.size(), triangles) << hole;
     for (const Vector3f& p : mesh.vertices) ASSERT_NEAR(plane(p.cast<double>()), 0, 1e-3) << hole;
+  }
+}
+
+// Colour was seen in one voxel only: the edges next to it have it, and so have those of which no end was seen in
+// colour, but a neighbour was.
+TEST(Surface, AnEdgeWithoutAColouredEndHasItsNeighbours) {
+  VoxelMap map{VoxelMapConfig{}};
+  Voxel* block = map.find_or_add({0, 0, 0});
+  for (int i = 0; i < kBlockVoxels; ++i) block[i].add_tsdf(i / 64 < 4 ? -200 : 200, 2);
+  block[4 * 64 + 4 * 8 + 4].add_color(90, 120, 150);
+  const TriangleMesh mesh = extract_mesh(map, 2);
+  ASSERT_EQ(mesh.vertices.size(), 64u);
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const Vector3f voxels = mesh.vertices[i] / 0.02f - Vector3f(4.5f, 4.5f, 0);
+    const bool near = std::max(std::abs(voxels[0]), std::abs(voxels[1])) < 1.1f;
+    EXPECT_EQ(mesh.colors[i], near ? (Rgb{90, 120, 150}) : Rgb{}) << voxels.transpose();
   }
 }
 

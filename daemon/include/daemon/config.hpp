@@ -36,6 +36,9 @@ struct SnapshotsConfig {
   std::vector<std::string> maps{"global", "local"};        // of what
 };
 
+// Values for keys of [map] that go together: map_preset.hpp.
+enum class MapPreset { usual, fine };
+
 // Where the robots of a team with a key meet when nothing is said of the network.
 inline constexpr const char* kTeamGroup = "239.77.1.1:4600";
 
@@ -63,6 +66,7 @@ struct Config {
   double lost_after_s = 60;           // a robot that was silent for so long is not waited for
   double peer_wait_s = 20;            // how long a finished robot waits for peers that it never heard (once)
   int matches_picture = 0;            // a picture of the feature matches every so many frames; 0: none
+  MapPreset preset = MapPreset::usual;
   mapping::LocalMapperConfig mapper;
   std::size_t global_budget_bytes = 128u << 20;
   std::size_t places_budget_bytes = 32u << 20;  // for the index of own keyframes

@@ -14,7 +14,8 @@ constexpr float kRaysPerUnit =
     128;  // density of the rays that look for blocks: at 4 m they are 3 cm apart, a fifth of a block
 constexpr double kFarthestPose_m = 1e6;
 constexpr float kBehind_m = 1e6f;       // stands for the z of what is behind the camera: no depth agrees with it
-constexpr float kColorBand_voxels = 2;  // every corner of a cell that the surface crosses is nearer than this
+constexpr float kColorBand_voxels = 2;  // every corner of a cell that the surface crosses head-on is nearer than this
+constexpr std::int32_t kThinBand_voxels = 3;
 
 bool finite_and_near(const Pose& pose) {
   for (int i = 0; i < 3; ++i) {
@@ -30,6 +31,13 @@ bool finite_and_near(const Pose& pose) {
 int observation_weight(float depth_m) {
   const float w = 16.f / (depth_m * depth_m);
   return w >= 16.f ? 16 : (w <= 1.f ? 1 : static_cast<int>(w));
+}
+
+// How far from the surface a voxel takes its colour. A band of more voxels than the usual three is for models to be
+// shown: there surfaces at a slant, whose crossings lie farther along the axis, have colour, too.
+float color_band_m(const VoxelMapConfig& config) {
+  const bool thin = config.truncation_um() <= kThinBand_voxels * config.voxel_um();
+  return thin ? kColorBand_voxels * config.voxel_m : config.truncation_m;
 }
 
 // A row of voxels along x as the camera sees it.
@@ -116,7 +124,7 @@ bool VoxelMap::fuse_block(const Viewpoint& from, std::size_t block, std::span<co
   const float fx = view.fx(), fy = view.fy(), cx = view.cx(), cy = view.cy();
   const float width = static_cast<float>(view.width());
   const float truncation = config_.truncation_m, to_units = static_cast<float>(kTsdfOne) / truncation;
-  const float color_band = kColorBand_voxels * config_.voxel_m;
+  const float color_band = color_band_m(config_);
   const float* depth = view.depth_m();
   const float sx = from.step_x[0], sy = from.step_x[1], sz = from.step_x[2];
   Voxel* voxel = voxels_of(block);

@@ -1,7 +1,13 @@
 #include "mapping/local/surface.hpp"
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <map>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "local/block_samples.hpp"
 #include "local/marching_cubes_table.hpp"
@@ -15,6 +21,8 @@ constexpr std::array<mc::Case, 256> kCases = mc::make_cases();
 // Between neighbouring voxels the distance changes by voxel / truncation, a third, over the cosine of incidence: 1.5 at
 // 77 degrees. A larger step is no surface: there the band behind one surface meets the band before another.
 constexpr float kLargestStep = 1.5f;
+constexpr std::size_t kVerticesOfABlock = 48;  // on average hardly more: two thirds of a plane through it
+constexpr unsigned kCellsOfARow = ((1u << kBlockSide) - 1) << 1;  // of the bits of SampleRow
 
 struct Vertex {
   Vector3f point, normal;
@@ -25,24 +33,56 @@ struct Crossing {
   int x, y, z, axis;  // from voxel (x, y, z) of the block to the next along the axis
 };
 
-bool crosses(const BlockSamples& block, const Crossing& c, float& a, float& b) {
+template <class V>
+bool crosses(const BlockSamples<V>& block, const Crossing& c, float& a, float& b) {
   a = block.tsdf(c.x, c.y, c.z);
   b = block.tsdf(c.x + (c.axis == 0), c.y + (c.axis == 1), c.z + (c.axis == 2));
   return (a < 0) != (b < 0);
 }
 
-Rgb mix(const Voxel* a, const Voxel* b, float t) {
-  const Rgb ca = a == nullptr ? Rgb{} : a->color(), cb = b == nullptr ? Rgb{} : b->color();
-  if (a == nullptr || a->color_weight == 0) return cb;
-  if (b == nullptr || b->color_weight == 0) return ca;
+template <class V>
+bool colored(const V* voxel) {
+  return voxel != nullptr && is_colored(*voxel);
+}
+
+Rgb mix(const Rgb& a, const Rgb& b, float t) {
   Rgb out{};
   for (std::size_t i = 0; i < 3; ++i)
     out[i] = static_cast<std::uint8_t>(
-        std::lround(static_cast<float>(ca[i]) + t * (static_cast<float>(cb[i]) - static_cast<float>(ca[i]))));
+        std::lround(static_cast<float>(a[i]) + t * (static_cast<float>(b[i]) - static_cast<float>(a[i]))));
   return out;
 }
 
-Vertex vertex_at(const BlockSamples& block, const Crossing& c, float voxel_m) {
+// The mean of the coloured voxels next to the edge's ends; black: there is none.
+template <class V>
+Rgb color_around(const BlockSamples<V>& block, const Crossing& c) {
+  std::array<std::uint32_t, 3> sum{};
+  std::uint32_t count = 0;
+  for (int z = c.z - 1; z <= c.z + 1 + (c.axis == 2); ++z)
+    for (int y = c.y - 1; y <= c.y + 1 + (c.axis == 1); ++y)
+      for (int x = c.x - 1; x <= c.x + 1 + (c.axis == 0); ++x) {
+        const V* voxel = block.voxel(x, y, z);
+        if (!colored(voxel)) continue;
+        const Rgb color = color_of(*voxel);
+        for (std::size_t i = 0; i < 3; ++i) sum[i] += color[i];
+        ++count;
+      }
+  Rgb out{};
+  for (std::size_t i = 0; i < 3 && count > 0; ++i) out[i] = static_cast<std::uint8_t>((sum[i] + count / 2) / count);
+  return out;
+}
+
+template <class V>
+Rgb color_of(const BlockSamples<V>& block, const Crossing& c, float t) {
+  const V* a = block.voxel(c.x, c.y, c.z);
+  const V* b = block.voxel(c.x + (c.axis == 0), c.y + (c.axis == 1), c.z + (c.axis == 2));
+  if (colored(a) && colored(b)) return mix(color_of(*a), color_of(*b), t);
+  if (colored(a)) return color_of(*a);
+  return colored(b) ? color_of(*b) : color_around(block, c);
+}
+
+template <class V>
+Vertex vertex_at(const BlockSamples<V>& block, const Crossing& c, float voxel_m) {
   float a = 0, b = 0;
   crosses(block, c, a, b);
   const float t = a / (a - b);
@@ -62,7 +102,7 @@ Vertex vertex_at(const BlockSamples& block, const Crossing& c, float voxel_m) {
     out.normal = Vector3f::Zero();
     out.normal[c.axis] = b > a ? 1.f : -1.f;
   }
-  out.color = mix(block.voxel(c.x, c.y, c.z), block.voxel(x1, y1, z1), t);
+  out.color = color_of(block, c, t);
   return out;
 }
 
@@ -71,27 +111,42 @@ Vertex vertex_at(const BlockSamples& block, const Crossing& c, float voxel_m) {
 class VertexIds {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
-  std::uint32_t& at(const BlockKey& block, const Crossing& c) {
-    const int m = kBlockSide - 1;
-    const BlockKey key{block.x + (c.x >> 3), block.y + (c.y >> 3), block.z + (c.z >> 3)};
-    if (key != last_key_ || last_ == nullptr) {
-      last_ = &ids_[key];
-      last_key_ = key;
-      if (last_->empty()) last_->assign(3 * kBlockVoxels, kNone);
-    }
-    return (
-        *last_)[static_cast<std::size_t>((((c.z & m) * kBlockSide + (c.y & m)) * kBlockSide + (c.x & m)) * 3 + c.axis)];
+  // at() is of this block and its upper neighbours from now on.
+  void enter(const BlockKey& block) {
+    if (!ids_.empty() && ids_.begin()->first.x < block.x) forget_before(block.x);
+    block_ = block;
+    near_.fill(nullptr);
   }
-  void forget_before(std::int32_t x) {
-    if (ids_.empty() || ids_.begin()->first.x >= x) return;
-    ids_.erase(ids_.begin(), ids_.lower_bound({x, INT32_MIN, INT32_MIN}));
-    last_ = nullptr;
+  std::uint32_t& at(const Crossing& c) {
+    const int m = kBlockSide - 1;
+    const std::array<int, 3> step{c.x >> 3, c.y >> 3, c.z >> 3};
+    Ids*& ids = near_[static_cast<std::size_t>(step[0] | step[1] << 1 | step[2] << 2)];
+    if (ids == nullptr) ids = &ids_of({block_.x + step[0], block_.y + step[1], block_.z + step[2]});
+    return (
+        *ids)[static_cast<std::size_t>((((c.z & m) * kBlockSide + (c.y & m)) * kBlockSide + (c.x & m)) * 3 + c.axis)];
   }
 
  private:
-  std::map<BlockKey, std::vector<std::uint32_t>> ids_;
-  BlockKey last_key_;
-  std::vector<std::uint32_t>* last_ = nullptr;
+  using Ids = std::array<std::uint32_t, 3 * kBlockVoxels>;
+  Ids& ids_of(const BlockKey& key) {
+    auto& ids = ids_[key];
+    if (ids != nullptr) return *ids;
+    if (unused_.empty()) unused_.push_back(std::make_unique<Ids>());
+    ids = std::move(unused_.back());
+    unused_.pop_back();
+    ids->fill(kNone);
+    return *ids;
+  }
+  void forget_before(std::int32_t x) {
+    const auto end = ids_.lower_bound({x, INT32_MIN, INT32_MIN});
+    for (auto at = ids_.begin(); at != end; ++at) unused_.push_back(std::move(at->second));
+    ids_.erase(ids_.begin(), end);
+  }
+
+  std::map<BlockKey, std::unique_ptr<Ids>> ids_;
+  std::vector<std::unique_ptr<Ids>> unused_;
+  BlockKey block_;
+  std::array<Ids*, 8> near_{};  // of this block and its upper neighbours, once asked for
 };
 
 Crossing edge_of(int x, int y, int z, int edge) {
@@ -99,28 +154,47 @@ Crossing edge_of(int x, int y, int z, int edge) {
   return {x + (e.corner & 1), y + ((e.corner >> 1) & 1), z + ((e.corner >> 2) & 1), e.axis};
 }
 
+template <class V>
 class Mesher {
- public:
-  explicit Mesher(float voxel_m) : voxel_m_(voxel_m) {}
+  using Samples = BlockSamples<V>;
 
-  void add(const BlockSamples& block) {
-    ids_.forget_before(block.key().x);
+ public:
+  // Room for the usual number of vertices, which costs nothing where it is not written.
+  Mesher(float voxel_m, std::size_t blocks) : voxel_m_(voxel_m) {
+    mesh_.vertices.reserve(kVerticesOfABlock * blocks);
+    mesh_.normals.reserve(kVerticesOfABlock * blocks);
+    mesh_.colors.reserve(kVerticesOfABlock * blocks);
+    mesh_.triangles.reserve(2 * kVerticesOfABlock * blocks);
+  }
+
+  void add(const Samples& block) {
+    ids_.enter(block.key());
     for (int z = 0; z < kBlockSide; ++z)
-      for (int y = 0; y < kBlockSide; ++y)
-        for (int x = 0; x < kBlockSide; ++x) add_cell(block, x, y, z);
+      for (int y = 0; y < kBlockSide; ++y) add_cells(block, y, z);
   }
   TriangleMesh take() { return std::move(mesh_); }
 
  private:
-  void add_cell(const BlockSamples& block, int x, int y, int z) {
-    unsigned inside = 0;
-    for (int c = 0; c < 8; ++c) {
-      const int cx = x + (c & 1), cy = y + ((c >> 1) & 1), cz = z + ((c >> 2) & 1);
-      if (!block.seen(cx, cy, cz)) return;
-      inside |= static_cast<unsigned>(block.inside(cx, cy, cz)) << c;
+  // The row of cells above (0..7, y, z), of which those count that are seen, and neither inside nor outside as a whole.
+  void add_cells(const Samples& block, int y, int z) {
+    const std::array<SampleRow, 4> rows{block.row(y, z), block.row(y + 1, z), block.row(y, z + 1),
+                                        block.row(y + 1, z + 1)};
+    const auto all = [&](auto bits) { return bits(rows[0]) & bits(rows[1]) & bits(rows[2]) & bits(rows[3]); };
+    const unsigned seen = all([](const SampleRow& row) -> unsigned { return row.seen; });
+    const unsigned inside = all([](const SampleRow& row) -> unsigned { return row.inside; });
+    const unsigned outside = all([](const SampleRow& row) -> unsigned { return row.seen & ~row.inside; });
+    const auto both = [](unsigned bits) { return bits & bits >> 1; };
+    unsigned cells = both(seen) & ~both(inside) & ~both(outside) & kCellsOfARow;
+    for (; cells != 0; cells &= cells - 1) {
+      const int bit = std::countr_zero(cells);
+      unsigned corners = 0;
+      for (unsigned i = 0; i < 4; ++i) corners |= (static_cast<unsigned>(rows[i].inside) >> bit & 3u) << 2 * i;
+      add_cell(block, bit - 1, y, z, kCases[corners]);
     }
-    const mc::Case& triangles = kCases[inside];
-    if (triangles.edges == 0 || has_false_step(block, x, y, z)) return;
+  }
+
+  void add_cell(const Samples& block, int x, int y, int z, const mc::Case& triangles) {
+    if (has_false_step(block, x, y, z)) return;
     const std::uint8_t* edge = triangles.edge.data();
     for (int i = 0; i < triangles.edges; i += 3) {
       std::array<std::uint32_t, 3> triangle{};
@@ -129,7 +203,14 @@ class Mesher {
     }
   }
 
-  static bool has_false_step(const BlockSamples& block, int x, int y, int z) {
+  static bool has_false_step(const Samples& block, int x, int y, int z) {
+    float least = 1, most = -1;
+    for (int c = 0; c < 8; ++c) {
+      const float value = block.tsdf(x + (c & 1), y + ((c >> 1) & 1), z + ((c >> 2) & 1));
+      least = std::min(least, value);
+      most = std::max(most, value);
+    }
+    if (most - least <= kLargestStep) return false;  // mostly
     for (int e = 0; e < static_cast<int>(mc::kEdges); ++e) {
       float a = 0, b = 0;
       if (crosses(block, edge_of(x, y, z, e), a, b) && std::abs(a - b) > kLargestStep) return true;
@@ -137,8 +218,8 @@ class Mesher {
     return false;
   }
 
-  std::uint32_t vertex(const BlockSamples& block, const Crossing& c) {
-    std::uint32_t& id = ids_.at(block.key(), c);
+  std::uint32_t vertex(const Samples& block, const Crossing& c) {
+    std::uint32_t& id = ids_.at(c);
     if (id != VertexIds::kNone) return id;
     id = static_cast<std::uint32_t>(mesh_.vertices.size());
     const Vertex v = vertex_at(block, c, voxel_m_);
@@ -153,15 +234,56 @@ class Mesher {
   TriangleMesh mesh_;
 };
 
+// The blocks around each block of a sorted list, in its order: those at one offset along x and y come in that order,
+// too, so nothing is looked for.
+class NeighbourWalk {
+ public:
+  explicit NeighbourWalk(std::span<const SubmapBlock* const> blocks) : blocks_(blocks) {}
+
+  const BlockSamples<SubmapVoxel>::Neighbours& around(const BlockKey& key) {
+    near_.fill(nullptr);
+    for (std::size_t column = 0; column < next_.size(); ++column) {
+      const auto dx = static_cast<std::int32_t>(column % 3) - 1, dy = static_cast<std::int32_t>(column / 3) - 1;
+      const BlockKey first{key.x + dx, key.y + dy, key.z - 1}, last{first.x, first.y, key.z + 1};
+      std::size_t& next = next_[column];
+      while (next < blocks_.size() && blocks_[next]->key < first) ++next;
+      for (std::size_t i = next; i < blocks_.size() && blocks_[i]->key <= last; ++i)
+        near_[9 * static_cast<std::size_t>(blocks_[i]->key.z - first.z) + column] = blocks_[i]->voxels.data();
+    }
+    return near_;
+  }
+
+ private:
+  std::span<const SubmapBlock* const> blocks_;
+  std::array<std::size_t, 9> next_{};
+  BlockSamples<SubmapVoxel>::Neighbours near_{};
+};
+
 }  // namespace
 
 TriangleMesh extract_mesh(const VoxelMap& map, std::uint16_t min_weight) {
-  Mesher mesher(map.config().voxel_m);
-  BlockSamples samples;
+  Mesher<Voxel> mesher(map.config().voxel_m, map.used());
+  BlockSamples<Voxel> samples;
+  BlockSamples<Voxel>::Neighbours near{};
   map.for_each_sorted([&](const BlockView& block) {
-    samples.gather(map, block.key, min_weight);
+    std::size_t i = 0;
+    for (int z = -1; z <= 1; ++z)
+      for (int y = -1; y <= 1; ++y)
+        for (int x = -1; x <= 1; ++x) near[i++] = map.find({block.key.x + x, block.key.y + y, block.key.z + z});
+    samples.gather(block.key, near, min_weight);
     if (samples.may_cross_zero()) mesher.add(samples);
   });
+  return mesher.take();
+}
+
+TriangleMesh extract_mesh(std::span<const SubmapBlock* const> blocks, float voxel_m, std::uint16_t min_weight) {
+  Mesher<SubmapVoxel> mesher(voxel_m, blocks.size());
+  BlockSamples<SubmapVoxel> samples;
+  NeighbourWalk walk(blocks);
+  for (const SubmapBlock* block : blocks) {
+    samples.gather(block->key, walk.around(block->key), min_weight);
+    if (samples.may_cross_zero()) mesher.add(samples);
+  }
   return mesher.take();
 }
 

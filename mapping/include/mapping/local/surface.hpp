@@ -1,13 +1,18 @@
 #pragma once
+#include <span>
+
 #include "mapping/local/voxel_map.hpp"
 #include "mapping/mesh.hpp"
+#include "mapping/records/submap.hpp"
 
 namespace onemap::mapping {
 
 // Marching cubes (Lorensen and Cline 1987) over the zero level of the map; shared vertices are welded; colour and
-// normal are interpolated. Voxels with less than min_weight do not count; one that is not seen is guessed where its
-// direct neighbours say what a plane has there, so that grazing surfaces and rims close. Deterministic: the order
-// follows the sorted blocks.
+// normal are interpolated; where an edge has no coloured end, its neighbours say the colour. Voxels with less than
+// min_weight do not count; one that is not seen is guessed where its direct neighbours say what a plane has there, so
+// that grazing surfaces and rims close. Deterministic: the order follows the sorted blocks.
 TriangleMesh extract_mesh(const VoxelMap& map, std::uint16_t min_weight = 2);
+// The same of blocks as they are saved, sorted by key, none twice: without a map, which takes twice their memory.
+TriangleMesh extract_mesh(std::span<const SubmapBlock* const> blocks, float voxel_m, std::uint16_t min_weight = 2);
 
 }  // namespace onemap::mapping
