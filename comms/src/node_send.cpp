@@ -64,6 +64,7 @@ void Node::Impl::sent(OutgoingDatagram& datagram, Peer& peer, std::size_t size, 
   count_traffic(peer.traffic.out, std::span(datagram.buffer).first(size).subspan(wire::kHeaderBytes), on_wire);
   peer.budget.spent(now, on_wire + RateController::kIpUdpBytes);
   peer.rate.sent(now, peer.session.last_counter(), on_wire, data);
+  if (peer.serve.empty() || !peer.budget.allows(now)) peer.rate.held_up();  // until the next one
 }
 
 void Node::Impl::put_beacon(wire::Encoder& out) {
@@ -238,7 +239,6 @@ bool Node::Impl::build_data(OutgoingDatagram& datagram) {
     if (!bytes) break;
     peer->lanes.sent(lane, *bytes, waits);
   }
-  if (peer->serve.empty() || !peer->budget.allows(now)) peer->rate.held_up();
   airtime = peer->turn.sent(airtime, out.size(), peer->rate.bytes_per_second());
   sent(datagram, *peer, out.size(), true);
   return true;

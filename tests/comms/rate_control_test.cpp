@@ -133,6 +133,28 @@ TEST(RateControl, LossThatComesLaterDoesNotSlowIt) {
   }
 }
 
+// A keyframe now and then, and beacons and wants between them: that little was sent says nothing of the way.
+TEST(RateControl, WhoHasLittleToSendStaysFast) {
+  for (const double mbit : {20.0, 1000.0}) {
+    LinkTraits traits;
+    traits.bits_per_second = 1e6 * mbit;
+    traits.delay = 1ms;
+    traits.jitter = 1ms;
+    Pairs one(5, 1, traits);
+    for (std::size_t robot : {0u, 1u}) {
+      one.net.every(300ms + 37ms * robot, [&one, robot] { one.net.append(robot, 2, 20'000); });
+      one.net.every(1100ms + 37ms * robot, [&one, robot] { one.net.append(robot, 1, 500); });
+      one.net.every(2900ms + 37ms * robot, [&one, robot] { one.net.append(robot, 3, 130'000); });
+    }
+    one.net.run_for(3s);
+    double least = one.rate_mbit(0);
+    one.net.every(100ms, [&] { least = std::min(least, one.rate_mbit(0)); });
+    one.net.run_for(60s);
+    std::printf("%.0f Mbit/s, of which it uses 1: a rate of at least %.1f\n", mbit, least);
+    EXPECT_GE(least, 0.4 * std::min(mbit, 20.0));
+  }
+}
+
 TEST(RateControl, TwoShare) {
   for (const Duration later : {0ms, 700ms, 6000ms}) {
     LinkTraits traits;

@@ -130,7 +130,8 @@ void RateController::measure(const SentLog::Entry& sent) {
   const bool limited = held_up && queue < kTarget_s / 2;
   // What waits when little was sent is jitter, or somebody else's: a way that lets through more than this would not be
   // filled for so long by these bytes, and that it lets through less they do not show.
-  if (held_up && !limited && bytes < kTrainBytes) delivery = std::max(delivery, std::min(bytes / queue, capacity_));
+  if (held_up && !limited && (bytes < kTrainBytes || phase_ == Phase::startup))
+    delivery = std::max(delivery, std::min(bytes / queue, capacity_));
   if (phase_ == Phase::startup) return start_up(delivery, limited);
   if (limited && delivery < capacity_) return;
   capacity_ += 0.3 * (std::min(delivery, kStartGain * capacity_) - capacity_);
