@@ -65,6 +65,48 @@ TEST_F(TeamFrontier, TheMapKeepsUpAndWaitsForWhatIsMissing) {
   EXPECT_EQ(other.view().digest, decider.view().digest);
 }
 
+// Records that come late, each after the next frontier was said: there would never be a moment with the newest one's.
+TEST_F(TeamFrontier, WhoIsAlwaysBehindMakesTheMapThatItCan) {
+  Robot decider(a, 10s), other(b, 10s);
+  for (const RecordPtr& record : all) decider.apply(record), other.apply(record);
+  other.apply(decider.work(kNow + 1s));
+  other.work(kNow + 1s);
+  RecordPtr late;
+  std::vector<std::uint64_t> made{decider.view().digest};
+  for (int i = 0; i < 40; ++i) {
+    const Instant when = kNow + std::chrono::seconds(2 + i);
+    const RecordPtr next = b.submap({5, 5, 5 + i}, 77);
+    decider.apply(next);
+    other.apply(decider.work(when));
+    if (late != nullptr) other.apply(late);
+    late = next;
+    made.push_back(decider.view().digest);
+    other.work(when);
+    EXPECT_EQ(other.view().digest, made[made.size() - 2]) << i;
+  }
+}
+
+// Of many that it lacks one that is as old as need be is still known when its records come.
+TEST_F(TeamFrontier, WhoIsFarBehindStillGetsAMap) {
+  Robot decider(a, 10s), other(b, 10s);
+  for (const RecordPtr& record : all) decider.apply(record), other.apply(record);
+  Records late;
+  std::vector<std::uint64_t> made;
+  for (int i = 0; i < 60; ++i) {
+    const Instant when = kNow + std::chrono::seconds(1 + i);
+    late.push_back(b.submap({5, 5, 5 + i}, 77));
+    decider.apply(late.back());
+    other.apply(decider.work(when));
+    made.push_back(decider.view().digest);
+    if (i < 20) continue;
+    other.apply(late[static_cast<std::size_t>(i) - 20]);
+    other.work(when);
+  }
+  const auto at = std::ranges::find(made, other.view().digest);
+  ASSERT_NE(at, made.end());
+  EXPECT_GE(at - made.begin(), 60 - 20 - 20) << "no older than twice what it lags";
+}
+
 TEST_F(TeamFrontier, NothingNewIsNotSaidAgain) {
   Robot decider(a, 10s);
   decider.apply(all);

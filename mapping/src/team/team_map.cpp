@@ -171,8 +171,9 @@ std::optional<MapTarget> TeamMap::target(const Agreement& team) {
   const TeamMember* made = map_is_due(team) ? decision_.made(team, solver_) : nullptr;
   if (made == nullptr) return std::nullopt;
   if (team.ready()) return MapTarget{*made->solution, everything_here(log_, *made->solution)};
-  const auto& frontier = made->frontier;
-  if (!frontier || frontier->solution != made->solution_digest || !holds(log_, frontier->chains)) return std::nullopt;
+  const auto here = [&](const FrontierRecord& said) { return holds(log_, said.chains); };
+  const FrontierRecord* frontier = made->frontiers.newest(made->solution_digest, here);
+  if (frontier == nullptr) return std::nullopt;
   return MapTarget{*made->solution, frontier->chains};
 }
 

@@ -69,6 +69,13 @@ Status keep_solution(const Record& record, TeamMember& member) {
   return status;
 }
 
+Status keep_frontier(const Record& record, TeamMember& member) {
+  auto frontier = decode_frontier(record.body);
+  if (!frontier) return frontier.error();
+  member.frontiers.add(std::move(*frontier));
+  return success();
+}
+
 }  // namespace
 
 Status TeamMember::apply(const RecordPtr& record) {
@@ -90,7 +97,7 @@ Status TeamMember::apply(const RecordPtr& record) {
     case RecordKind::solution:
       return keep_solution(*record, *this);
     case RecordKind::frontier:
-      return keep(decode_frontier(record->body), frontier);
+      return keep_frontier(*record, *this);
     case RecordKind::ruling:
       return keep_ruling(*record, *this);
     case RecordKind::finished:

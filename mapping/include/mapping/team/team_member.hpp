@@ -8,12 +8,12 @@
 #include "hal/base/time.hpp"
 #include "mapping/records/chain_id.hpp"
 #include "mapping/records/finished.hpp"
-#include "mapping/records/frontier.hpp"
 #include "mapping/records/link.hpp"
 #include "mapping/records/ruling.hpp"
 #include "mapping/records/solution.hpp"
 #include "mapping/records/trajectory.hpp"
 #include "mapping/team/keyframe_log.hpp"
+#include "mapping/team/recent_frontiers.hpp"
 #include "mapping/team/record_ptr.hpp"
 #include "mapping/team/submap_log.hpp"
 
@@ -37,7 +37,7 @@ struct TeamMember {
   bool poses_refused = false;              // some are missing for good
   std::optional<SolutionRecord> solution;  // the last one that it published
   std::uint64_t solution_digest = 0;       // its digest()
-  std::optional<FrontierRecord> frontier;  // the last one that it published
+  RecentFrontiers frontiers;
   std::map<ChainId, LinkRecord> links;     // the last one that it published of each pair, by the other chain
   std::map<std::pair<ChainId, ChainId>, RulingRecord> rulings;  // the last one that it published of each pair
   Instant heard{};                                              // when its last record came
