@@ -18,7 +18,7 @@ namespace onemap::daemon {
 namespace {
 constexpr auto kTick = std::chrono::milliseconds(50);
 constexpr auto kStatusInterval = std::chrono::milliseconds(250);
-constexpr auto kHolesInterval = std::chrono::seconds(30);
+constexpr auto kHolesInterval = std::chrono::seconds(10);
 constexpr auto kSayInterval = std::chrono::seconds(10);
 constexpr auto kStuckPatience = std::chrono::seconds(5);
 constexpr Duration kLastWords = std::chrono::seconds(2);  // for neighbours to take control and pose records at the end

@@ -10,7 +10,7 @@
 namespace onemap::daemon {
 
 void give_memory_back() {
-  constexpr int kArenas = 2, kOwnBlock = 32 << 10, kFreeTop = 1 << 20;
+  constexpr int kArenas = 2, kOwnBlock = 12 << 10, kFreeTop = 1 << 20;
   // Each only ever fails for a value that makes no sense.
   (void)mallopt(M_ARENA_MAX, kArenas);
   (void)mallopt(M_MMAP_THRESHOLD, kOwnBlock);

@@ -93,7 +93,7 @@ std::optional<std::vector<std::uint8_t>> save_local(const MapSource& from, const
   const std::vector<mapping::KeyframePlace> chain = own->keyframes.chain();
   keyframes.reserve(chain.size());
   for (const mapping::KeyframePlace& place : chain) keyframes.push_back(place.T_robot_keyframe);
-  const SavedPath path = make_path(config.id, color_of(from.log, config.id), own->trajectory, keyframes);
+  const SavedPath path = make_path(config.id, color_of(from.log, config.id), own->trajectory.poses(), keyframes);
   return save_map(title, {&path, 1}, *local.map());
 }
 

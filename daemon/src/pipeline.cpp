@@ -30,6 +30,7 @@ Pipeline::Pipeline(const Config& config, const hal::DepthCamera& camera, Blockin
       log_(log),
       publisher_(config.mapper, config.speed.max ? Publisher::WhenFull::wait : Publisher::WhenFull::later,
                  std::move(outbox), failures),
+      way_(kMostPoses),
       patience_(seconds(config.new_chain_after_s)),
       heartbeat_("pipeline", kStuckAfter) {
   make_mapper();
@@ -249,15 +250,10 @@ void Pipeline::keep(const Publisher::Sealed& sealed) {
 }
 
 void Pipeline::keep(mapping::StampedPose pose) {
-  if (poses_seen_++ % poses_each_ != 0) return;
-  if (poses_.size() == kMostPoses) {
-    for (std::size_t i = 0; 2 * i < poses_.size(); ++i) poses_[i] = poses_[2 * i];
-    poses_.resize(kMostPoses / 2);
-    poses_each_ *= 2;
-    log_.line("the way is long: of trajectory.txt every {}th pose is kept", poses_each_);
-  }
   if (frames_before_ != 0) pose.T_robot_camera = quantize(T_first_chain_ * from_quantized(pose.T_robot_camera));
-  poses_.push_back(pose);
+  const std::uint64_t each = way_.each();
+  way_.add(pose);
+  if (way_.each() != each) log_.line("the way is long: of trajectory.txt every {}th pose is kept", way_.each());
 }
 
 void Pipeline::drain() {

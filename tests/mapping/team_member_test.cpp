@@ -29,8 +29,8 @@ TEST(TeamMember, IsCompleteWithWhatItsFinishedPromises) {
   EXPECT_TRUE(member.complete());
   EXPECT_EQ(member.name, "a");
   EXPECT_EQ(member.keyframes.chain().size(), 3u);
-  ASSERT_EQ(member.trajectory.size(), 1u);
-  EXPECT_EQ(member.trajectory[0].time, frame_time_from_ns(1'000'000'000));
+  ASSERT_EQ(member.trajectory.poses().size(), 1u);
+  EXPECT_EQ(member.trajectory.poses()[0].time, frame_time_from_ns(1'000'000'000));
 }
 
 TEST(TeamMember, MalformedRecordsCountForCompletenessAndNothingElse) {

@@ -21,6 +21,7 @@
 #include "hal/frame_pool.hpp"
 #include "mapping/local/local_mapper.hpp"
 #include "mapping/local/smooth_odometry.hpp"
+#include "mapping/team/long_way.hpp"
 
 namespace onemap::daemon {
 
@@ -75,9 +76,8 @@ class Pipeline {
 
   // After join().
   const mapping::LocalMapper& mapper() const { return *mapper_; }
-  const std::vector<mapping::StampedPose>& poses() const {
-    return poses_;
-  }  // all chains', in the first one's frame; bounded
+  // All chains', in the first one's frame; bounded.
+  const std::vector<mapping::StampedPose>& poses() const { return way_.poses(); }
   std::uint64_t keyframes_published() const { return keyframes_published_; }
   const LatencyHistogram& frame_times() const { return times_.frames(); }  // processor time of this thread
   std::string step_table() const;                                          // for the log: each step's mean and share
@@ -121,8 +121,7 @@ class Pipeline {
   std::vector<std::uint16_t> depth_scratch_;
   std::optional<MatchPictures> matches_;
   Publisher publisher_;
-  std::vector<mapping::StampedPose> poses_;
-  std::uint64_t poses_seen_ = 0, poses_each_ = 1;                                   // of so many one is kept
+  mapping::LongWay way_;
   std::uint64_t keyframes_published_ = 0, frames_before_ = 0, tracked_before_ = 0;  // before: of earlier chains
   std::uint32_t chains_ended_ = 0;
   FrameTime frame_time_{}, poses_due_{};     // of the present frame; poses are handed over no earlier

@@ -115,6 +115,7 @@ void VoxelMap::drop_unseen() {
   const auto seen = [](const Voxel& voxel) { return voxel.weight > 0; };
   for (std::size_t i = keys_.size(); i-- > 0;)
     if (const Voxel* voxels = voxels_of(i); std::none_of(voxels, voxels + kBlockVoxels, seen)) drop(i);
+  shared_->pool.give_back_pages();
 }
 
 std::size_t VoxelMap::bytes() const { return shared_bytes(config_, capacity()) + own_bytes(); }

@@ -35,7 +35,7 @@ Status keep_keyframe(const RecordPtr& record, TeamMember& member) {
 Status keep_poses(const Record& record, TeamMember& member) {
   const auto batch = decode_trajectory(record.body);
   if (!batch) return member.poses_refused = true, batch.error();
-  member.trajectory.insert(member.trajectory.end(), batch->poses.begin(), batch->poses.end());
+  for (const StampedPose& pose : batch->poses) member.trajectory.add(pose);
   return success();
 }
 

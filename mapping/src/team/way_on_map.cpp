@@ -37,7 +37,7 @@ double share_of(FrameTime from, FrameTime to, FrameTime time) {
 std::vector<StampedPose> way_on_map(const TeamMember& member, const SolvedRobot& solved) {
   const Bends all = bends(member, solved);
   if (all.empty()) return {};
-  std::vector<StampedPose> way = member.trajectory;
+  std::vector<StampedPose> way = member.trajectory.poses();
   const std::vector<KeyframePlace> places = member.keyframes.chain();
   std::size_t next = 0;  // the first keyframe after the pose
   for (StampedPose& pose : way) {

@@ -7,4 +7,8 @@ namespace onemap {
 // asked for each small one. A wish; without it the memory is the same.
 void want_large_pages(void* memory, std::size_t bytes);
 
+// The pages that lie whole in this private memory go back to the system; read or written again they are zero, what lies
+// on the others stays. False: the system keeps them.
+bool give_back_pages(void* memory, std::size_t bytes);
+
 }  // namespace onemap

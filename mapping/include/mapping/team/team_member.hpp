@@ -11,8 +11,8 @@
 #include "mapping/records/link.hpp"
 #include "mapping/records/ruling.hpp"
 #include "mapping/records/solution.hpp"
-#include "mapping/records/trajectory.hpp"
 #include "mapping/team/keyframe_log.hpp"
+#include "mapping/team/long_way.hpp"
 #include "mapping/team/recent_frontiers.hpp"
 #include "mapping/team/record_ptr.hpp"
 #include "mapping/team/submap_log.hpp"
@@ -23,6 +23,7 @@ namespace onemap::mapping {
 // anyway: a robot costs here a pointer a record, a pose a keyframe and its way, whatever its records would decode to.
 struct TeamMember {
   static constexpr std::size_t kMaxLinks = 512, kMaxRulings = 512;  // beyond: refused
+  static constexpr std::size_t kMostPoses = 1u << 18;               // 10 MB; of a longer way fewer are kept
 
   std::uint64_t incarnation = 0;  // of the life that these records are from
   std::string name, camera;       // no name: no valid Hello yet, so this life does not count; camera is printable
@@ -32,13 +33,13 @@ struct TeamMember {
   KeyframeLog keyframes;  // all of them
   SubmapLog submaps;      // all of them
   // Its way, in its own frame, in order of its log. Decoded: a thousand small bodies would be in as many places.
-  std::vector<StampedPose> trajectory;
+  LongWay trajectory{kMostPoses};
   std::size_t keyframes_refused = 0;       // beyond what is looked at: they count for completeness, and nothing else
   bool poses_refused = false;              // some are missing for good
   std::optional<SolutionRecord> solution;  // the last one that it published
   std::uint64_t solution_digest = 0;       // its digest()
   RecentFrontiers frontiers;
-  std::map<ChainId, LinkRecord> links;     // the last one that it published of each pair, by the other chain
+  std::map<ChainId, LinkRecord> links;  // the last one that it published of each pair, by the other chain
   std::map<std::pair<ChainId, ChainId>, RulingRecord> rulings;  // the last one that it published of each pair
   Instant heard{};                                              // when its last record came
 
@@ -49,7 +50,7 @@ struct TeamMember {
   bool keyframes_complete() const { return finished && keyframes.size() + keyframes_refused >= finished->keyframes; }
   bool complete() const {
     return keyframes_complete() && submaps.size() >= finished->submaps &&
-           (poses_refused || trajectory.size() >= finished->tracked);
+           (poses_refused || trajectory.added() >= finished->tracked);
   }
 };
 
