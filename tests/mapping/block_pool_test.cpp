@@ -68,6 +68,14 @@ TEST(BlockPool, AFewFreeBlocksKeepTheirPages) {
   EXPECT_LE(pages_here(pool, 0, 300), 2u);
 }
 
+// Those in use stay together, however blocks come and go, or each page would hold a part of one.
+TEST(BlockPool, TheLowestFreeOneIsTaken) {
+  BlockPool pool(kBlocks, false);
+  for (std::int32_t block = 0; block < 100; ++block) EXPECT_EQ(pool.take(), block);
+  for (const std::int32_t block : {70, 3, 99, 41}) pool.give_back(block);
+  for (const std::int32_t block : {3, 41, 70, 99, 100}) EXPECT_EQ(pool.take(), block);
+}
+
 TEST(BlockPool, AResidentOneKeepsThemAll) {
   BlockPool pool(kBlocks, true);
   const std::vector<std::int32_t> taken = take_all(pool);

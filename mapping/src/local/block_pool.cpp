@@ -1,6 +1,7 @@
 #include "mapping/local/block_pool.hpp"
 
 #include <algorithm>
+#include <functional>
 
 #include "hal/base/large_pages.hpp"
 
@@ -15,7 +16,7 @@ BlockPool::BlockPool(std::size_t blocks, bool resident) : resident_(resident) {
   if (resident) make_resident(voxels_);
   states_.resize(blocks);
   free_.resize(blocks);
-  for (std::size_t i = 0; i < blocks; ++i) free_[i] = static_cast<std::int32_t>(blocks - 1 - i);
+  for (std::size_t i = 0; i < blocks; ++i) free_[i] = static_cast<std::int32_t>(i);
 }
 
 std::size_t BlockPool::bytes_for(std::size_t blocks) {
@@ -24,6 +25,7 @@ std::size_t BlockPool::bytes_for(std::size_t blocks) {
 
 std::int32_t BlockPool::take() {
   if (free_.empty()) return -1;
+  std::ranges::pop_heap(free_, std::greater<>());
   const std::int32_t block = free_.back();
   free_.pop_back();
   State& state = states_[static_cast<std::size_t>(block)];
@@ -35,6 +37,7 @@ std::int32_t BlockPool::take() {
 
 void BlockPool::give_back(std::int32_t block) {
   free_.push_back(block);
+  std::ranges::push_heap(free_, std::greater<>());
   ++idle_;
 }
 

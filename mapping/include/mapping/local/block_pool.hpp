@@ -28,7 +28,7 @@ class BlockPool {
 
  private:
   std::vector<Voxel, ZeroedAllocator<Voxel>> voxels_;
-  std::vector<std::int32_t> free_;                                 // the next one to be taken is the last
+  std::vector<std::int32_t> free_;  // a heap: the lowest is taken next, so that those in use stay together
   enum class State : std::uint8_t { clean, written, pages_gone };  // clean: all zero
   std::vector<State> states_;                                      // by block
   std::size_t idle_ = 0;                                           // free blocks that were written and have their pages
