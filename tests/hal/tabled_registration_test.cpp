@@ -128,7 +128,7 @@ TEST(TabledRegistration, TheTwinsFindTheSamePlaces) {
     for (std::size_t i = 0; i < width; ++i) {
       disparity[i] = static_cast<std::uint16_t>(random.next() % 2048);
       if (random.next() % 9 != 0)
-        moved[i] = {static_cast<std::int16_t>(random.next()), static_cast<std::int16_t>(random.next() % 480)};
+        moved[i] = {static_cast<std::int16_t>(random.next()), static_cast<std::int16_t>(random.next() % 500)};
     }
     const places::Row row{640 * 17, disparity, moved.data()};
     std::vector<std::int32_t> plain(width), simd(width);
