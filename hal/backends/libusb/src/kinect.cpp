@@ -121,7 +121,7 @@ Status Freenect::open(int index, std::optional<imaging::Registration> wanted) {
 }
 
 Status Freenect::configure(std::optional<imaging::Registration> wanted) {
-  if (const Status status = choose_modes(); !status) return status;
+  if (Status status = choose_modes(); !status) return status;
   const bool all_of_it = wanted.value_or(imaging::Registration::device) == imaging::Registration::device;
   factory_ = all_of_it && forms_.packed ? factory_registration(device_) : nullptr;
   registration_ = wanted.value_or(factory_ ? imaging::Registration::device : imaging::Registration::ours);
