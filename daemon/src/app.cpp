@@ -100,6 +100,8 @@ void App::start() {
   if (config_.record.start)
     if (auto begun = recorder_->start(next_recording(config_.out)); !begun)
       log_.warn("not recording: {}; mend that, then `onemapctl record start`", begun.error().text());
+  if (camera_->live())
+    if (auto usb = hal::UsbWatch::start(); usb) usb_watch_ = std::move(*usb);
   capture_->start();
 }
 
@@ -157,6 +159,7 @@ App::End App::work() {
 
 void App::tick() {
   const Instant t = now();
+  hear_usb(t);
   if (!finished_ && pipeline_->progress().finished) {
     finished_ = true;
     finished_at_ = t;
@@ -189,6 +192,17 @@ void App::watch(Instant now) {
   const std::array hearts{&capture_->heartbeat(), &pipeline_->heartbeat(), &pipeline_->publisher_heartbeat(),
                           &team_->heartbeat(), &radio_->heartbeat()};
   service_.watch(hearts, now);
+}
+
+// What comes to USB may be the camera that is missing, on a port that is too slow for it.
+void App::hear_usb(Instant now) {
+  if (!usb_watch_) return;
+  for (const hal::UsbNews& one : usb_watch_->news(now)) {
+    if (one.problem.empty() && one.what != hal::UsbNews::What::reset)
+      log_.line("{}", one.text());
+    else
+      log_.warn("{}", one.text());
+  }
 }
 
 void App::take_standing(Instant now) {

@@ -4,6 +4,7 @@
 #include "daemon/control/replies.hpp"
 #include "daemon/control/team_actions.hpp"
 #include "daemon/map_drawing.hpp"
+#include "daemon/memory_limit.hpp"
 #include "mapping/records/hello.hpp"
 
 namespace onemap::daemon {
@@ -37,6 +38,8 @@ Status App::open_camera() {
   if (!camera) return camera.error();
   camera_ = std::move(*camera);
   if (auto status = check_camera(config_, camera_->intrinsics()); !status) return status;
+  if (auto status = check_memory(config_, memory_limit(), Capture::bytes_of(camera_->intrinsics())); !status)
+    return status;
   frames_expected_ = camera_->frames_expected();
   camera_facts_ = {config_.camera, camera_->description(), camera_->live(),  false,
                    false,          camera_->intrinsics(),  camera_->limits()};

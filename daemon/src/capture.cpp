@@ -29,6 +29,11 @@ Capture::Capture(hal::DepthCamera& camera, Speed speed, Failures& failures, Log&
 
 Capture::~Capture() { stop(); }
 
+std::uint64_t Capture::bytes_of(const hal::Intrinsics& camera) {
+  constexpr std::uint64_t kPixelBytes = 3 + sizeof(std::uint16_t);
+  return kFrames * kPixelBytes * static_cast<std::uint64_t>(camera.width) * static_cast<std::uint64_t>(camera.height);
+}
+
 void Capture::start() {
   thread_.start(
       "capture", failures_, [this] { run(); }, [this] { queue_.close(); });

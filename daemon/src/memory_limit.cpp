@@ -87,7 +87,7 @@ MemoryLimit memory_limit(const fs::path& root) {
 
 // While a map is fused, one anchor's submaps are decoded beside it, before and after: each half as much as the map may
 // have (MapFusion). What the local mapper's keyframes take is no key's.
-Status check_memory(const Config& config, const MemoryLimit& limit) {
+Status check_memory(const Config& config, const MemoryLimit& limit, std::uint64_t frame_bytes) {
   struct Budget {
     const char* key;
     std::size_t bytes;
@@ -105,6 +105,11 @@ Status check_memory(const Config& config, const MemoryLimit& limit) {
     const std::string factor = times == 1 ? "" : fmt::format("{} * ", times);
     each += fmt::format("{}{}{}", each.empty() ? "" : " + ", factor, bytes >> 20);
     keys += fmt::format("{}{}{}", keys.empty() ? "" : " + ", factor, key);
+  }
+  if (frame_bytes > 0) {
+    sum += frame_bytes;
+    each += fmt::format(" + {}", frame_bytes >> 20);
+    keys += " + the camera's frames";
   }
   if (sum <= limit.bytes) return success();
   return Error{keys, fmt::format("{} = {} MB, but {} {} MB", each, sum >> 20, limit.what, limit.bytes >> 20)};

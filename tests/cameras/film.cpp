@@ -71,7 +71,7 @@ Film Film::load(const std::string& file) {
 bool FilmProjector::advance(bool wanted, Moment now) {
   constexpr auto kBeforeTheFirst = std::chrono::milliseconds(1500);  // as real ones; a robot that starts takes its time
   if (!wanted) running_ = false;
-  if (!wanted || next_ >= pictures_) return false;
+  if (!wanted || (next_ >= pictures_ && !again_)) return false;
   if (!running_) {
     running_ = true;
     due_ = now + kBeforeTheFirst;
@@ -79,8 +79,10 @@ bool FilmProjector::advance(bool wanted, Moment now) {
   if (now < due_) return false;
   due_ += kInterval;
   stamp_ = std::chrono::steady_clock::now().time_since_epoch();
+  ++next_;
+  if (again_) return true;
   const auto day = std::chrono::system_clock::now().time_since_epoch();
-  fmt::print("picture {} {:.6f}\n", next_++, std::chrono::duration<double>(day).count());
+  fmt::print("picture {} {:.6f}\n", number(), std::chrono::duration<double>(day).count());
   std::fflush(stdout);
   return true;
 }

@@ -44,14 +44,14 @@ class Projector {
   virtual void stop() = 0;  // the camera was pulled out
 };
 
-// 30 pictures a second, once. It goes on while both streams are wanted, and stands still otherwise.
+// 30 pictures a second, once or over and over. It goes on while both streams are wanted, and stands still otherwise.
 class FilmProjector final : public Projector {
  public:
   static constexpr auto kInterval = std::chrono::nanoseconds(1'000'000'000 / 30);
-  explicit FilmProjector(std::size_t pictures) : pictures_(pictures) {}
+  explicit FilmProjector(std::size_t pictures, bool again = false) : pictures_(pictures), again_(again) {}
 
-  bool advance(bool wanted, Moment now) override;  // says it on stdout, with the time of day
-  std::size_t number() const override { return next_ - 1; }
+  bool advance(bool wanted, Moment now) override;  // of a film that is shown once it says so on stdout, with the time
+  std::size_t number() const override { return (next_ - 1) % pictures_; }
   std::size_t shown() const { return next_; }
   std::chrono::nanoseconds stamp() const override { return stamp_; }
   Moment since() const override { return due_ - kInterval; }
@@ -59,7 +59,9 @@ class FilmProjector final : public Projector {
   void stop() override { running_ = false; }
 
  private:
-  std::size_t pictures_, next_ = 0;
+  const std::size_t pictures_;
+  const bool again_;
+  std::size_t next_ = 0;
   bool running_ = false;
   Moment due_{};
   std::chrono::nanoseconds stamp_{};

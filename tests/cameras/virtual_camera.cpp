@@ -3,6 +3,7 @@
 // this machine's virtual host controller (modprobe vhci-hcd; root). It is pulled out once, at picture UNPLUG_AT, and
 // plugged in again after so many seconds. Says on stdout what it does, and is silent after the last picture until it is
 // killed. uvc-slow and kinect-slow: on a port of USB 2 and of USB 1.
+// virtual-camera uvc|kinect FILE again PORT: the same at this port, over and over, until it is killed.
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -24,6 +25,8 @@ struct Wish {
   std::string kind, film;
   std::size_t unplug_at = 0;
   double away_s = 0;
+  bool again = false;
+  int port = 0;
 };
 
 void say(const std::string& what) {
@@ -38,15 +41,15 @@ void shoot(const std::string& kind, const std::string& room, const std::string& 
 void run(const Wish& wish) {
   const bool kinect = wish.kind.starts_with("kinect"), slow = wish.kind.ends_with("-slow");
   const Film film = Film::load(wish.film);
-  FilmProjector projector(film.pictures().size());
+  FilmProjector projector(film.pictures().size(), wish.again);
   std::unique_ptr<UsbDevice> device;
   if (kinect)
-    device = std::make_unique<KinectDevice>(film, projector);
+    device = std::make_unique<KinectDevice>(film, projector, fmt::format("KINECT{:02}", wish.port));
   else
     device = std::make_unique<UvcDevice>(film, projector);
   VhciPort port(kinect ? (slow ? UsbPort::Speed::full : UsbPort::Speed::high)
                        : (slow ? UsbPort::Speed::high : UsbPort::Speed::super),
-                0);
+                wish.port);
   setpriority(PRIO_PROCESS, 0, -10);  // a camera does not wait for the robot's processor
   device->plug(port);
   say("plugged in");
@@ -74,7 +77,7 @@ void run(const Wish& wish) {
 int main(int count, char** arguments) {
   const std::vector<std::string> words(arguments + 1, arguments + count);
   if (words.size() != 2 && words.size() != 4) {
-    fmt::print(stderr, "virtual-camera shoot KIND ROOM FILE | KIND FILE [UNPLUG_AT SECONDS]\n");
+    fmt::print(stderr, "virtual-camera shoot KIND ROOM FILE | KIND FILE [UNPLUG_AT SECONDS | again PORT]\n");
     return 2;
   }
   try {
@@ -83,7 +86,10 @@ int main(int count, char** arguments) {
       return 0;
     }
     onemap::test::Wish wish{words[0], words[1]};
-    if (words.size() == 4) {
+    if (words.size() == 4 && words[2] == "again") {
+      wish.again = true;
+      wish.port = std::stoi(words[3]);
+    } else if (words.size() == 4) {
       wish.unplug_at = std::stoul(words[2]);
       wish.away_s = std::stod(words[3]);
     }

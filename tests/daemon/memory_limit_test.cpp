@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "daemon/capture.hpp"
 #include "support/temp_folder.hpp"
 #include "support/text_of.hpp"
 
@@ -73,6 +74,15 @@ TEST(CheckMemory, CountsAllBudgetsAndTheTeamsMapTwice) {
   EXPECT_EQ(check_memory(config, {455 * kMB, "it has"}).error().text(),
             "map.budget_mb + 2 * map.global_budget_mb + map.places_budget_mb + map.plan_budget_mb + "
             "network.store_budget_mb: 48 + 2 * 64 + 16 + 8 + 256 = 456 MB, but it has 455 MB");
+  hal::Intrinsics hd;
+  hd.width = 1280, hd.height = 720;  // five frames of 4.4 MB
+  const std::uint64_t frames = Capture::bytes_of(hd);
+  EXPECT_EQ(frames >> 20, 21u);
+  EXPECT_TRUE(check_memory(config, {478 * kMB, "it has"}, frames).ok());
+  EXPECT_THAT(
+      check_memory(config, {477 * kMB, "it has"}, frames).error().text(),
+      testing::AllOf(HasSubstr("network.store_budget_mb + the camera's frames: 48 + 2 * 64 + 16 + 8 + 256 + 21"),
+                     HasSubstr("but it has 477 MB")));
 }
 
 // What the units allow has room for the budgets that hold when nobody says any, and twice, for a drawing.

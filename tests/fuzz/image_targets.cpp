@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cstring>
 
 #include "fuzz/expect.hpp"
 #include "fuzz/targets.hpp"
@@ -7,6 +8,7 @@
 #include "hal/imaging/image_file.hpp"
 #include "hal/imaging/raw_colour.hpp"
 #include "hal/imaging/raw_depth.hpp"
+#include "hal/imaging/tabled_registration.hpp"
 
 namespace onemap::fuzz {
 
@@ -55,6 +57,25 @@ void openni2(bool colour, std::uint8_t how, const RawImage& image) {
                            [&](std::span<std::uint16_t> depth) { return ni::decode_depth(image, mirrored, depth); });
 }
 
+// A Kinect's packed disparities: to millimetres, and by tables that are anything, here the image's own bytes.
+void kinect(bool tabled, std::uint8_t how, const RawImage& image) {
+  using namespace hal::imaging;
+  if (!tabled)
+    return decodes<std::uint16_t>(
+        image.size.pixels(), [&](std::span<std::uint16_t> mm) { return KinectDisparity().packed_to_mm(image, mm); });
+  if (image.size.width < 8 || image.size.width % 8 != 0 || image.size.height < 1) return;
+  std::vector<std::uint16_t> mm(2048);
+  std::vector<std::int32_t> shift(10000), places(2 * image.size.pixels());
+  for (std::size_t d = 0; d < mm.size(); ++d) mm[d] = static_cast<std::uint16_t>(d < 1024 ? 5 * d : d * how);
+  for (std::size_t i = 0; i < std::min(image.bytes.size() / 4, shift.size()); ++i)
+    std::memcpy(&shift[i], &image.bytes[4 * i], 4);
+  for (std::size_t i = 0; i < std::min(image.bytes.size() / 4, places.size()); ++i)
+    std::memcpy(&places[i], &image.bytes[4 * i], 4);
+  TabledRegistration registration(image.size, {mm, shift, places, how});
+  decodes<std::uint16_t>(image.size.pixels(),
+                         [&](std::span<std::uint16_t> out) { return registration.apply(image.bytes, out); });
+}
+
 enum class File : std::uint8_t { colour, depth, plain_colour };
 
 void file(Bytes input, File kind) {
@@ -86,6 +107,7 @@ void image(Bytes input) {
   const RawImage image{bytes, ImageSize{input[1], input[2]}, input[3]};
   if (which < 6) raw(which, image);
   if (which == 9 || which == 10) openni2(which == 9, input[0] >> 4, image);
+  if (which == 11 || which == 12) kinect(which == 12, input[0] >> 4, image);
 }
 
 }  // namespace onemap::fuzz

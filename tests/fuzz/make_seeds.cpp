@@ -190,6 +190,9 @@ void image_seeds() {
   write("image", "openni2_uyvy", seed(9 + 16 * 3, 0, some(2u * kWidth * kHeight)));
   write("image", "openni2_grey_mirrored", seed(9 + 16 * 12, 44, some(44u * kHeight)));
   write("image", "openni2_depth_mirrored", seed(10 + 16 * 7, 84, some(84u * kHeight)));
+  // 11 and 12 are a Kinect's packed disparities, to millimetres and by tables.
+  write("image", "kinect_mm", seed(11, 0, some(kWidth * kHeight / 8 * 11)));
+  write("image", "kinect_tabled", seed(12 + 16 * 3, 0, some(kWidth * kHeight / 8 * 11)));
   Bytes file;
   const std::vector<std::uint16_t> depth(kWidth * kHeight, 1234);
   if (encode_colour({kWidth, kHeight}, pixels, file)) write("image", "png", seed(6, 0, file));

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "hal/base/twin.hpp"
+#include "mosaic_row.hpp"
 #include "support/random.hpp"
 #include "yuv_row.hpp"
 
@@ -131,7 +132,8 @@ std::uint8_t bayer_reference(const Bytes& raw, int w, int h, int x, int y, std::
 }
 
 TEST(RawColour, BayerIsTheMeanOfTheNearestNeighbours) {
-  for (const auto& [w, h] : {std::pair(2, 2), std::pair(3, 2), std::pair(2, 5), std::pair(17, 12), std::pair(32, 9)}) {
+  for (const auto& [w, h] :
+       {std::pair(2, 2), std::pair(3, 2), std::pair(2, 5), std::pair(17, 12), std::pair(32, 9), std::pair(71, 6)}) {
     const Bytes raw = noise(static_cast<std::size_t>(w * h), static_cast<std::uint64_t>(w * 100 + h));
     const Bytes rgb = decoded(bayer_grbg_to_rgb, {raw, {w, h}});
     for (int y = 0; y < h; ++y)
@@ -140,6 +142,19 @@ TEST(RawColour, BayerIsTheMeanOfTheNearestNeighbours) {
           ASSERT_EQ(rgb[3 * static_cast<std::size_t>(y * w + x) + c], bayer_reference(raw, w, h, x, y, c))
               << w << "x" << h << " at " << x << ", " << y << " channel " << c;
   }
+}
+
+TEST(RawColour, TheTwinsOfTheMosaicAreEqual) {
+  if (!simd_available()) GTEST_SKIP() << "this CPU has no AVX2";
+  for (std::size_t width = 2; width <= 140; ++width)
+    for (const bool odd_row : {false, true}) {
+      const Bytes raw = noise(3 * width, width);
+      const mosaic::Rows rows{raw.data(), raw.data() + width, raw.data() + 2 * width};
+      Bytes plain(3 * width), simd(3 * width);  // of exactly this size: the address sanitizer sees a byte too far
+      mosaic::row_plain(rows, width, odd_row, plain.data());
+      mosaic::row_simd(rows, width, odd_row, simd.data());
+      EXPECT_EQ(plain, simd) << width << ", row " << odd_row;
+    }
 }
 
 TEST(RawColour, ShortImagesAndWrongSizesAreErrorsThatSayThem) {

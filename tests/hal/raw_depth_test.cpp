@@ -69,6 +69,14 @@ TEST(RawDepth, KinectDisparityIsItsFormula) {
     ASSERT_EQ(mm[d], z > 10000 ? 0 : std::lround(z)) << d;
   }
   EXPECT_EQ(mm[742], 1000);
+  Bytes raw(11 * 30);
+  test::Random random(8);
+  for (std::uint8_t& b : raw) b = static_cast<std::uint8_t>(random.next());
+  Depth packed_mm(240);
+  ASSERT_TRUE(kinect.packed_to_mm({raw, {24, 10}}, packed_mm).ok());
+  for (std::size_t i = 0; i < 240; ++i) ASSERT_EQ(packed_mm[i], mm[disparity_reference(raw, i)]) << i;
+  packed_mm.resize(264);
+  EXPECT_THAT(kinect.packed_to_mm({raw, {24, 11}}, packed_mm).error().reason, HasSubstr("330 bytes where 363"));
   kinect.to_mm(all, all);  // in place
   EXPECT_EQ(all, mm);
 }

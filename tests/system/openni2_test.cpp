@@ -216,6 +216,26 @@ TEST(OpenNi2, TheDaemonWaitsForADeviceThatIsGoneAndGoesOnWithTheSameMap) {
   EXPECT_THAT(robot->log(), HasSubstr("the camera went away 1 times"));
 }
 
+// Twelve images of a real PrimeSense camera that stands still, played by OpenNI2's own driver for files.
+TEST(OpenNi2, TheDaemonMapsARealRecordingAndEndsWithIt) {
+  const std::filesystem::path file = std::filesystem::path(ONEMAP_SHARED_DIR) / "data/static_room.oni";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not here";
+  const test::TempFolder folder;
+  setenv("LD_LIBRARY_PATH", ONEMAP_OPENNI2_DIR, 1);
+  setenv("ASAN_OPTIONS", "detect_leaks=0", 1);  // as above
+  test::Robot robot(folder, "r", "openni2:" + file.string(), {"--once", "--speed", "max"});
+  unsetenv("LD_LIBRARY_PATH");
+  unsetenv("ASAN_OPTIONS");
+  ASSERT_EQ(robot.ends(120s), 0) << robot.log();
+  EXPECT_THAT(robot.log(), HasSubstr("static_room.oni"));
+  EXPECT_GE(robot.status("frames", 0), 11) << "the recording's first image may have no partner";
+  EXPECT_EQ(robot.status("tracked", 0), robot.status("frames", -1)) << robot.log();
+  const Walk walk = walk_of(robot.out() / "trajectory.txt");
+  ASSERT_FALSE(walk.positions.empty());
+  for (const auto& [frame, position] : walk.positions) EXPECT_LT(position.norm(), 0.01) << "it stands still: " << frame;
+  EXPECT_THAT(robot.log(), HasSubstr("the map is "));
+}
+
 }  // namespace
 }  // namespace onemap
 #endif

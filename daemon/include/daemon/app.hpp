@@ -27,6 +27,7 @@
 #include "daemon/status.hpp"
 #include "daemon/team.hpp"
 #include "daemon/worker.hpp"
+#include "hal/backends/libusb/usb_watch.hpp"
 
 namespace onemap::daemon {
 
@@ -68,6 +69,7 @@ class App {
   Status open_poses();
   void tell_pose(const PoseNow& pose);
   void watch(Instant now);
+  void hear_usb(Instant now);
   void take_standing(Instant now);
   void say_waiting(Instant now);
   bool done() const;
@@ -86,6 +88,7 @@ class App {
   std::unique_ptr<hal::DepthCamera> camera_;
   CameraFacts camera_facts_;  // as it was opened: from then on it is the capture thread's, which knows its words
   std::uint64_t frames_expected_ = 0;
+  std::unique_ptr<hal::UsbWatch> usb_watch_;  // where the camera is live and this machine tells
   std::unique_ptr<Team> team_;
   std::unique_ptr<Radio> radio_;
   std::optional<PoseStreams> pose_streams_;

@@ -39,6 +39,7 @@ struct CameraWords {
 class Capture {
  public:
   Capture(hal::DepthCamera& camera, Speed speed, Failures& failures, Log& log);
+  static std::uint64_t bytes_of(const hal::Intrinsics& camera);  // what the frames take that it will hold
   ~Capture();
   Capture(const Capture&) = delete;
   Capture& operator=(const Capture&) = delete;

@@ -17,7 +17,8 @@ struct MemoryLimit {
 // its own limit of address space. What cannot be read limits nothing. root: of the file systems, for tests.
 MemoryLimit memory_limit(const std::filesystem::path& root = "/");
 
-// Whether all budgets together fit; the error says each and the sum.
-Status check_memory(const Config& config, const MemoryLimit& limit);
+// Whether all budgets together fit, and once the camera is known the frames that it fills; the error says each and the
+// sum.
+Status check_memory(const Config& config, const MemoryLimit& limit, std::uint64_t frame_bytes = 0);
 
 }  // namespace onemap::daemon

@@ -9,10 +9,6 @@ namespace onemap::hal::imaging::footprints {
 
 namespace {
 
-// Neighbouring readings of a slanted surface move by a little more or less than a pixel: without a margin there would
-// be slits between them.
-constexpr float kMargin_px = 0.1f;
-
 float widest_ray(const Intrinsics& k) {
   double widest = 0;
   for (const double u : {-0.5, k.width - 0.5})
@@ -36,16 +32,6 @@ ONEMAP_TWIN_BODY float image(const ColourLens& k, float x, float y, float& u, fl
     v = k.fy * y + k.cy;
     return 1.0f;
   }
-}
-
-// The pixel centres within half of a middle, cut at the image's side: [first, end). Of what is no number, none: such is
-// less than 0.
-ONEMAP_TWIN_BODY void centres_around(float middle, float half, float size, std::int32_t& first, std::int32_t& end) {
-  const float low = std::min(std::max(0.0f, middle - half), size);
-  const float high = std::min(std::max(0.0f, middle + half), size);
-  const auto low_whole = static_cast<std::int32_t>(low), high_whole = static_cast<std::int32_t>(high);
-  first = low_whole + (static_cast<float>(low_whole) < low ? 1 : 0);
-  end = high_whole + (static_cast<float>(high_whole) < high ? 1 : 0);
 }
 
 // No branch and no call in the loop, so that the compiler makes vectors of it.

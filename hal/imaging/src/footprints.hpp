@@ -1,15 +1,21 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "hal/base/twin.hpp"
 #include "hal/frame.hpp"
 
 // Which pixels of the colour image the readings of a row of the depth image cover: the inner loop of DepthRegistration.
 namespace onemap::hal::imaging::footprints {
 
 inline constexpr int kWidest_px = 64;  // of what one reading covers: more is no surface but two cameras that look apart
+
+// Neighbouring readings of a slanted surface move by a little more or less than a pixel: without a margin there would
+// be slits between them.
+inline constexpr float kMargin_px = 0.1f;
 
 // The lens of the colour camera in single precision: a twin of pixel_of() that becomes vectors, tested equal to it.
 struct ColourLens {
@@ -47,6 +53,16 @@ struct Covered {
   std::vector<std::uint16_t> size, less_1;
   std::int32_t readings = 0, seen = 0;  // those that are some, and of them those that cover something
 };
+
+// The pixel centres within half of a middle, cut at the image's side: [first, end). Of what is no number, none: such is
+// less than 0.
+ONEMAP_TWIN_BODY void centres_around(float middle, float half, float size, std::int32_t& first, std::int32_t& end) {
+  const float low = std::min(std::max(0.0f, middle - half), size);
+  const float high = std::min(std::max(0.0f, middle + half), size);
+  const auto low_whole = static_cast<std::int32_t>(low), high_whole = static_cast<std::int32_t>(high);
+  first = low_whole + (static_cast<float>(low_whole) < low ? 1 : 0);
+  end = high_whole + (static_cast<float>(high_whole) < high ? 1 : 0);
+}
 
 // Writes all of out.
 void find_plain(const Rig& rig, const Row& row, Covered& out);

@@ -1,19 +1,18 @@
 #include <algorithm>
 #include <cassert>
 
+#include "hal/base/twin.hpp"
 #include "hal/imaging/raw_colour.hpp"
+#include "mosaic_row.hpp"
 
 namespace onemap::hal::imaging {
+
+namespace mosaic {
 
 namespace {
 
 std::uint8_t mean(int a, int b) { return static_cast<std::uint8_t>((a + b + 1) / 2); }
 std::uint8_t mean(int a, int b, int c, int d) { return static_cast<std::uint8_t>((a + b + c + d + 2) / 4); }
-
-// One row of the mosaic with the rows above and below it (mirrored at the edges).
-struct Rows {
-  const std::uint8_t *above, *here, *below;
-};
 
 // A pixel of a row that alternates green and `own`: own is red (0) in even rows, blue (2) in odd ones.
 void put_pixel(const Rows& rows, std::size_t left, std::size_t x, std::size_t right, bool green, std::size_t own,
@@ -31,16 +30,27 @@ void put_pixel(const Rows& rows, std::size_t left, std::size_t x, std::size_t ri
   }
 }
 
-void fill_row(const Rows& rows, std::size_t width, bool odd_row, std::uint8_t* rgb) {
-  const std::size_t own = odd_row ? 2 : 0;
-  put_pixel(rows, 1, 0, 1, !odd_row, own, rgb);
-  for (std::size_t x = 1; x + 1 < width; ++x)
-    put_pixel(rows, x - 1, x, x + 1, (x % 2 == 0) != odd_row, own, rgb + 3 * x);
-  const std::size_t last = width - 1;
-  put_pixel(rows, last - 1, last, last - 1, (last % 2 == 0) != odd_row, own, rgb + 3 * last);
-}
+bool is_green(std::size_t x, bool odd_row) { return (x % 2 == 0) != odd_row; }
 
 }  // namespace
+
+void inner_plain(const Rows& rows, std::size_t begin, std::size_t end, bool odd_row, std::uint8_t* rgb) {
+  for (std::size_t x = begin; x < end; ++x)
+    put_pixel(rows, x - 1, x, x + 1, is_green(x, odd_row), odd_row ? 2 : 0, rgb + 3 * x);
+}
+
+void side_pixel(const Rows& rows, std::size_t width, bool first, bool odd_row, std::uint8_t* rgb) {
+  const std::size_t x = first ? 0 : width - 1, inside = first ? 1 : width - 2;
+  put_pixel(rows, inside, x, inside, is_green(x, odd_row), odd_row ? 2 : 0, rgb + 3 * x);
+}
+
+void row_plain(const Rows& rows, std::size_t width, bool odd_row, std::uint8_t* rgb) {
+  side_pixel(rows, width, true, odd_row, rgb);
+  inner_plain(rows, 1, width - 1, odd_row, rgb);
+  side_pixel(rows, width, false, odd_row, rgb);
+}
+
+}  // namespace mosaic
 
 Status grey_to_rgb(const RawImage& image, std::span<std::uint8_t> rgb) {
   assert(rgb.size() == 3 * image.size.pixels());
@@ -60,8 +70,9 @@ Status bayer_grbg_to_rgb(const RawImage& image, std::span<std::uint8_t> rgb) {
   const auto height = static_cast<std::size_t>(image.size.height);
   if (width < 2 || height < 2) return Error{"", "a mosaic has at least 2x2 pixels"};
   const auto row = [&](std::size_t v) { return image.bytes.data() + v * image.stride(width); };
+  const auto fill_row = simd_available() ? mosaic::row_simd : mosaic::row_plain;
   for (std::size_t v = 0; v < height; ++v) {
-    const Rows rows{row(v == 0 ? 1 : v - 1), row(v), row(v + 1 == height ? v - 1 : v + 1)};
+    const mosaic::Rows rows{row(v == 0 ? 1 : v - 1), row(v), row(v + 1 == height ? v - 1 : v + 1)};
     fill_row(rows, width, v % 2 == 1, rgb.data() + 3 * v * width);
   }
   return success();

@@ -6,11 +6,18 @@
 #include <cmath>
 #include <cstring>
 
+#include "disparity11.hpp"
+
 namespace onemap::hal::imaging {
 
 namespace {
 constexpr std::size_t kNoDisparity = 2047;
 constexpr double kFarthest_mm = 10000;
+
+Status check_packed(const RawImage& image) {
+  const bool is_size = image.size.width >= 1 && image.size.height >= 1;
+  return disparity11::check(image.bytes, is_size ? image.size.pixels() : 0);
+}
 }  // namespace
 
 Status z16_to_depth(const RawImage& image, std::span<std::uint16_t> depth) {
@@ -27,24 +34,18 @@ void clear_value(std::uint16_t none, std::span<std::uint16_t> depth) {
   for (std::uint16_t& value : depth) value = value == none ? std::uint16_t{0} : value;
 }
 
+Status disparity11::check(std::span<const std::uint8_t> packed, std::size_t pixels) {
+  if (pixels == 0 || pixels % kPixels != 0)
+    return Error{"", std::to_string(pixels) + " pixels where a multiple of 8 is expected"};
+  const std::size_t needed = pixels / kPixels * kBytes;
+  if (packed.size() >= needed) return success();
+  return Error{"", std::to_string(packed.size()) + " bytes where " + std::to_string(needed) + " are expected"};
+}
+
 Status unpack_disparity11(const RawImage& image, std::span<std::uint16_t> disparity) {
   assert(disparity.size() == image.size.pixels());
-  const std::size_t pixels = image.size.pixels();
-  if (image.size.width < 1 || image.size.height < 1 || pixels % 8 != 0)
-    return Error{"", std::to_string(pixels) + " pixels where a multiple of 8 is expected"};
-  if (image.bytes.size() < pixels / 8 * 11)
-    return Error{
-        "", std::to_string(image.bytes.size()) + " bytes where " + std::to_string(pixels / 8 * 11) + " are expected"};
-  const std::uint8_t* in = image.bytes.data();
-  for (std::size_t i = 0; i < pixels; i += 8, in += 11) {
-    std::uint32_t bits = 0;
-    int have = 0, at = 0;
-    for (std::size_t k = 0; k < 8; ++k) {
-      for (; have < 11; have += 8) bits = bits << 8 | in[at++];
-      have -= 11;
-      disparity[i + k] = static_cast<std::uint16_t>(bits >> have & 0x7FFu);
-    }
-  }
+  if (Status status = check_packed(image); !status) return status;
+  disparity11::unpack(image.bytes.data(), disparity, [](std::uint16_t value) { return value; });
   return success();
 }
 
@@ -60,6 +61,13 @@ void KinectDisparity::to_mm(std::span<const std::uint16_t> disparity, std::span<
   assert(disparity.size() == depth_mm.size());
   for (std::size_t i = 0; i < disparity.size(); ++i)
     depth_mm[i] = disparity[i] < mm_.size() ? mm_[disparity[i]] : std::uint16_t{0};
+}
+
+Status KinectDisparity::packed_to_mm(const RawImage& image, std::span<std::uint16_t> depth_mm) const {
+  assert(depth_mm.size() == image.size.pixels());
+  if (Status status = check_packed(image); !status) return status;
+  disparity11::unpack(image.bytes.data(), depth_mm, [this](std::uint16_t value) { return mm_[value]; });
+  return success();
 }
 
 }  // namespace onemap::hal::imaging

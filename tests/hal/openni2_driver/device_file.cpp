@@ -19,6 +19,8 @@ DeviceFile read_device_file(const std::filesystem::path& file) {
       {"clock_restarts", [&](const std::string& value) { out.clock_restarts = std::stoi(value) != 0; }},
       {"depth_late_us", [&](const std::string& value) { out.depth_late_us = std::stoi(value); }},
       {"substitutes", [&](const std::string& value) { out.substitutes = std::stoi(value) != 0; }},
+      {"unheard", [&](const std::string& value) { out.unheard = std::stoi(value) != 0; }},
+      {"colour", [&](const std::string& value) { out.colour = value; }},
       {"serial", [&](const std::string& value) { out.serial = value; }},
   };
   std::ifstream in(file);

@@ -17,6 +17,8 @@ struct DeviceFile {
   bool clock_restarts = true;  // its stamps start again when it is plugged in again; else they go on
   int depth_late_us = 0;       // how much later than colour depth is stamped
   bool substitutes = false;    // says that it takes a video mode and takes another
+  bool unheard = false;        // the driver sees it when it begins, and does not hear it come later
+  std::string colour;          // its only form of colour: rgb, yuv422, yuyv, grey or jpeg; empty: two
   std::string serial = "TEST1";
 };
 

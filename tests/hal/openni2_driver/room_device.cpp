@@ -10,6 +10,16 @@
 
 namespace onemap::test {
 
+namespace {
+OniPixelFormat format_of(const std::string& colour) {
+  return colour == "yuv422" ? ONI_PIXEL_FORMAT_YUV422
+         : colour == "yuyv" ? ONI_PIXEL_FORMAT_YUYV
+         : colour == "grey" ? ONI_PIXEL_FORMAT_GRAY8
+         : colour == "jpeg" ? ONI_PIXEL_FORMAT_JPEG
+                            : ONI_PIXEL_FORMAT_RGB888;
+}
+}  // namespace
+
 RoomDevice::RoomDevice(DeviceFile file, std::shared_ptr<RoomFeed> feed, const std::filesystem::path& control)
     : file_(std::move(file)), feed_(std::move(feed)), paused_(control.string() + ".paused") {
   if (file_.steps) steps_ = open((control.string() + ".steps").c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
@@ -20,6 +30,8 @@ RoomDevice::RoomDevice(DeviceFile file, std::shared_ptr<RoomFeed> feed, const st
   modes_[1] = {{{ONI_PIXEL_FORMAT_RGB888, 2 * width, 2 * height, 15},
                 {ONI_PIXEL_FORMAT_YUV422, width, height, 30},
                 {ONI_PIXEL_FORMAT_RGB888, width, height, 30}}};
+  if (!file_.colour.empty())
+    for (OniVideoMode& mode : modes_[1]) mode = {format_of(file_.colour), width, height, 30};
   sensors_[0] = {ONI_SENSOR_DEPTH, 3, modes_[0].data()};
   sensors_[1] = {ONI_SENSOR_COLOR, 3, modes_[1].data()};
   thread_ = std::thread([this] { run(); });

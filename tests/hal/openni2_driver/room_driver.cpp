@@ -31,9 +31,9 @@ class RoomDriver final : public oni::driver::DriverBase {
     const char* folder = std::getenv("ONEMAP_TEST_DEVICES");
     if (!folder) return ONI_STATUS_OK;
     folder_ = folder;
-    look();
+    look(true);
     thread_ = std::thread([this] {
-      for (; !over_; std::this_thread::sleep_for(std::chrono::milliseconds(5))) look();
+      for (; !over_; std::this_thread::sleep_for(std::chrono::milliseconds(5))) look(false);
     });
     return ONI_STATUS_OK;
   }
@@ -71,21 +71,22 @@ class RoomDriver final : public oni::driver::DriverBase {
     return sockets_[name];
   }
 
-  void look() {
+  void look(bool first) {
     std::error_code none;
     for (const auto& entry : std::filesystem::directory_iterator(folder_, none)) {
       if (entry.path().extension() != ".device") continue;
       Socket& socket = named(entry.path().stem().string());
-      if (!socket.plugged) plug_in(socket, entry.path());
+      if (!socket.plugged) plug_in(socket, entry.path(), first);
     }
     for (auto& [name, socket] : sockets_)
       if (socket.plugged && !std::filesystem::exists(folder_ / (name + ".device"))) pull_out(socket);
   }
 
-  void plug_in(Socket& socket, const std::filesystem::path& file) {
+  void plug_in(Socket& socket, const std::filesystem::path& file, bool first) {
     try {
       const std::lock_guard lock(mutex_);
       socket.file = read_device_file(file);
+      if (socket.file.unheard && !first) return;
       fmt::format_to_n(socket.info.uri, ONI_MAX_STR - 1, "room://{}", file.stem().string());
       fmt::format_to_n(socket.info.vendor, ONI_MAX_STR - 1, "onemap");
       fmt::format_to_n(socket.info.name, ONI_MAX_STR - 1, "Simulated room");

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <vector>
 
 #include "room_device.hpp"
 
@@ -20,6 +21,31 @@ constexpr std::array kProperties{
     ONI_STREAM_PROPERTY_MIRRORING,  ONI_STREAM_PROPERTY_VERTICAL_FOV, ONI_STREAM_PROPERTY_HORIZONTAL_FOV,
     ONI_STREAM_PROPERTY_MAX_VALUE,
 };
+
+int bytes_of(OniPixelFormat format) {
+  return format == ONI_PIXEL_FORMAT_RGB888 ? 3 : format == ONI_PIXEL_FORMAT_GRAY8 ? 1 : 2;
+}
+
+std::uint8_t in_range(double value) { return static_cast<std::uint8_t>(std::clamp(value + 0.5, 16.0, 240.0)); }
+
+// Grey is green's; two pixels of the others share the colour of their mean, by BT.601 in its video range.
+void put_pixels(OniPixelFormat format, std::span<const std::uint8_t> rgb, void* to) {
+  auto* out = static_cast<std::uint8_t*>(to);
+  const std::size_t first = format == ONI_PIXEL_FORMAT_YUYV ? 0 : 1;
+  for (std::size_t i = 0; i + 5 < rgb.size(); i += 6) {
+    const std::uint8_t* p = &rgb[i];
+    if (format == ONI_PIXEL_FORMAT_GRAY8) {
+      out[i / 3] = p[1], out[i / 3 + 1] = p[4];
+      continue;
+    }
+    const double r = (p[0] + p[3]) / 2.0, g = (p[1] + p[4]) / 2.0, b = (p[2] + p[5]) / 2.0;
+    std::uint8_t* four = out + i / 6 * 4;
+    four[first] = in_range(16 + 0.257 * p[0] + 0.504 * p[1] + 0.098 * p[2]);
+    four[first + 2] = in_range(16 + 0.257 * p[3] + 0.504 * p[4] + 0.098 * p[5]);
+    four[1 - first] = in_range(128 - 0.148 * r - 0.291 * g + 0.439 * b);
+    four[3 - first] = in_range(128 + 0.439 * r - 0.368 * g - 0.071 * b);
+  }
+}
 }  // namespace
 
 RoomStream::RoomStream(RoomDevice& device, OniSensorType sensor)
@@ -48,7 +74,7 @@ OniStatus RoomStream::getProperty(int id, void* data, int* size) {
     case ONI_STREAM_PROPERTY_VIDEO_MODE:
       return give(mode_, data, size);
     case ONI_STREAM_PROPERTY_STRIDE:
-      return give(mode_.resolutionX * (depth ? 2 : 3), data, size);
+      return give(mode_.resolutionX * (depth ? 2 : bytes_of(mode_.pixelFormat)), data, size);
     case ONI_STREAM_PROPERTY_CROPPING:
       return give(OniCropping{FALSE, 0, 0, mode_.resolutionX, mode_.resolutionY}, data, size);
     case ONI_STREAM_PROPERTY_MIRRORING:
@@ -117,12 +143,16 @@ void RoomStream::deliver(RoomFeed& feed, std::chrono::microseconds stamp) {
   frame->croppingEnabled = FALSE;
   frame->sensorType = sensor_;
   frame->timestamp = static_cast<std::uint64_t>(stamp.count());
-  frame->stride = mode_.resolutionX * (depth ? 2 : 3);
+  frame->stride = mode_.resolutionX * (depth ? 2 : bytes_of(mode_.pixelFormat));
   frame->dataSize = frame->stride * mode_.resolutionY;
   if (depth) {
     copy_rows(feed.depth(device_.file().hundred_um, device_.registered()), 1, frame->data);
-  } else {
+  } else if (mode_.pixelFormat == ONI_PIXEL_FORMAT_RGB888) {
     copy_rows(feed.rgb(), 3, frame->data);
+  } else {
+    std::vector<std::uint8_t> turned(feed.rgb().size());
+    copy_rows(feed.rgb(), 3, turned.data());
+    put_pixels(mode_.pixelFormat, turned, frame->data);
   }
   raiseNewFrame(frame);
   getServices().releaseFrame(frame);

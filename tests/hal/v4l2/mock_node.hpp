@@ -22,7 +22,6 @@ class MockNode {
   bool streaming() const { return streaming_; }
   std::size_t queued() const { return queued_.size(); }
 
-  std::uint64_t calls = 0;
   bool damage_next = false;
   unsigned long refused_request = 0;
   int refused_code = 0;

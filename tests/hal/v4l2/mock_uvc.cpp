@@ -249,7 +249,6 @@ gboolean MockNode::on_ioctl(UMockdevIoctlBase* base, UMockdevIoctlClient* client
   int code = 0;
   {
     const std::lock_guard lock(node->device_.mutex_);
-    ++node->calls;
     code = node->call(request, bytes.data());
   }
   if (code == 0) umockdev_ioctl_data_update(data, 0, bytes.data(), static_cast<gint>(bytes.size()));
@@ -360,11 +359,6 @@ void MockUvc::refuse_always(unsigned long request, int code) {
 void MockUvc::hang() {
   const std::lock_guard lock(mutex_);
   depth_->hangs = colour_->hangs = true;
-}
-
-std::uint64_t MockUvc::calls() const {
-  const std::lock_guard lock(mutex_);
-  return depth_->calls + colour_->calls;
 }
 
 std::uint64_t MockUvc::open_buffers() const {

@@ -72,7 +72,6 @@ class MockUvc {
   void hang();  // the streams that run give nothing any more; those that are begun anew do
   std::string depth_path() const { return depth_path_; }
   std::string colour_path() const { return colour_path_; }
-  std::uint64_t calls() const;         // that were made to both nodes
   std::uint64_t open_buffers() const;  // of the depth node, that the driver has now
   bool streaming() const;
   bool streaming_colour() const;

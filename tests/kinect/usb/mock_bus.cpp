@@ -59,12 +59,6 @@ void MockBus::unplug(int socket) {
   umockdev_testbed_remove_device(testbed_, path.c_str());
 }
 
-std::uint64_t MockBus::calls() const {
-  std::uint64_t all = 0;
-  for (const Plugged& one : plugged_) all += one.port->calls();
-  return all;
-}
-
 void MockBus::step(int socket) {
   if (Plugged* one = at(socket)) one->port->step();
 }

@@ -25,7 +25,6 @@ class MockBus {
   void unplug(int socket);
   // The device has something to send.
   void step(int socket);
-  std::uint64_t calls() const;  // that were made to all devices
 
  private:
   struct Plugged {

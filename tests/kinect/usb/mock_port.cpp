@@ -93,7 +93,6 @@ gboolean MockPort::on_ioctl(UMockdevIoctlBase* base, UMockdevIoctlClient* client
   int code = 0;
   {
     const std::lock_guard lock(port->mutex_);
-    ++port->calls_;
     code = port->call(client, request, argument);
     port->show_ready();
   }

@@ -2,7 +2,6 @@
 #include <linux/usbdevice_fs.h>
 #include <umockdev.h>
 
-#include <atomic>
 #include <deque>
 #include <map>
 #include <mutex>
@@ -25,7 +24,6 @@ class MockPort final : public UsbPort {
 
   void step();
   void pull_out();
-  std::uint64_t calls() const { return calls_; }  // that were made to it
 
   void plug() override {}
   void answer(const Urb& urb, std::span<const std::uint8_t> data) override;
@@ -55,7 +53,6 @@ class MockPort final : public UsbPort {
   std::string path_;
   std::mutex mutex_;
   std::uint32_t last_number_ = 0;
-  std::atomic<std::uint64_t> calls_ = 0;
   std::map<std::uint32_t, Owned> submitted_;
   std::deque<Owned> done_;
   bool present_ = true, ready_ = true;

@@ -7,8 +7,10 @@
 #include <array>
 #include <functional>
 #include <string>
+#include <thread>
 
 #include "hal/backends/libusb.hpp"
+#include "hal/backends/libusb/usb_watch.hpp"
 #include "usb.hpp"
 
 namespace onemap::hal::libusb {
@@ -32,6 +34,9 @@ class Bus {
   void plug(int port, const std::string& speed, unsigned char product = 0xae) {
     auto descriptors = kDescriptors;
     descriptors[10] = product;
+    plug(port, speed, descriptors);
+  }
+  void plug(int port, const std::string& speed, const std::array<unsigned char, 50>& descriptors) {
     std::string hex;
     for (const unsigned char byte : descriptors) {
       constexpr const char* kDigits = "0123456789ABCDEF";
@@ -136,6 +141,74 @@ TEST(KinectBus, ArrivalsAndDeparturesAreHeard) {
   bus.unplug(1);
   handle_events(**usb, [&] { return (*usb)->left(); });
   EXPECT_TRUE((*usb)->left());
+}
+
+std::array<unsigned char, 50> device_of(int vendor, int product, int version) {
+  auto out = kDescriptors;
+  const auto put = [&](std::size_t at, int value) {
+    out[at] = static_cast<unsigned char>(value & 255);
+    out[at + 1] = static_cast<unsigned char>(value >> 8);
+  };
+  put(2, version);
+  put(8, vendor);
+  put(10, product);
+  return out;
+}
+
+// The next piece of news, for a while; none is one without a camera.
+UsbNews next_news(UsbWatch& watch, int now_s) {
+  for (int tries = 0; tries < 400; ++tries) {
+    const auto news = watch.news(Instant(std::chrono::seconds(now_s)));
+    EXPECT_LE(news.size(), 1u);
+    if (!news.empty()) return news[0];
+    std::this_thread::sleep_for(5ms);
+  }
+  return {};
+}
+
+TEST(UsbWatchMocked, EveryMakersCamerasComeGoAndAreReset) {
+  Bus bus;
+  auto watch = UsbWatch::start();
+  ASSERT_TRUE(watch.ok()) << watch.error().text();
+  bus.plug(1, "5000", device_of(0x8086, 0x0b07, 0x0320));
+  UsbNews one = next_news(**watch, 10);
+  EXPECT_EQ(one.what, UsbNews::What::came);
+  EXPECT_THAT(one.camera, HasSubstr("Intel RealSense 8086:0b07, USB bus 1"));
+  EXPECT_EQ(one.problem, "");
+  bus.unplug(1);
+  one = next_news(**watch, 20);
+  EXPECT_EQ(one.what, UsbNews::What::left);
+  EXPECT_THAT(one.text(), testing::EndsWith(" left"));
+  bus.plug(1, "5000", device_of(0x8086, 0x0b07, 0x0320));
+  one = next_news(**watch, 22);
+  EXPECT_EQ(one.what, UsbNews::What::reset) << "two seconds later";
+  EXPECT_THAT(one.text(), testing::EndsWith(" was reset"));
+  bus.unplug(1);
+  EXPECT_EQ(next_news(**watch, 30).what, UsbNews::What::left);
+  bus.plug(1, "5000", device_of(0x8086, 0x0b07, 0x0320));
+  EXPECT_EQ(next_news(**watch, 40).what, UsbNews::What::came) << "ten seconds later";
+  bus.plug(2, "480", device_of(0x2bc5, 0x0669, 0x0200));
+  EXPECT_THAT(next_news(**watch, 50).camera, HasSubstr("Orbbec 2bc5:0669"));
+  bus.plug(3, "480", device_of(0x1d27, 0x0601, 0x0200));
+  EXPECT_THAT(next_news(**watch, 50).camera, HasSubstr("PrimeSense or Xtion 1d27:0601"));
+}
+
+TEST(UsbWatchMocked, APortThatIsTooSlowIsToldAndWhatIsNoCameraIsNot) {
+  Bus bus;
+  auto watch = UsbWatch::start();
+  ASSERT_TRUE(watch.ok()) << watch.error().text();
+  bus.plug(1, "480", device_of(0x046d, 0x0825, 0x0200));  // somebody's webcam
+  bus.plug(2, "480", device_of(0x8086, 0x0026, 0x0200));  // something else of Intel's
+  bus.plug(3, "480", device_of(0x8086, 0x0b3a, 0x0210));
+  UsbNews one = next_news(**watch, 1);
+  EXPECT_THAT(one.camera, HasSubstr("8086:0b3a")) << "not the others";
+  EXPECT_THAT(one.text(), HasSubstr(" came; it is on USB 2 (480 Mbit/s)"));
+  bus.plug(4, "480");
+  one = next_news(**watch, 2);
+  EXPECT_THAT(one.camera, HasSubstr("Kinect v1 045e:02ae"));
+  EXPECT_EQ(one.problem, "") << "it was made for USB 2";
+  bus.plug(5, "12");
+  EXPECT_THAT(next_news(**watch, 3).problem, HasSubstr("12 Mbit/s"));
 }
 
 }  // namespace

@@ -1,10 +1,15 @@
 #include "kinect.hpp"
 
+#include <libfreenect_registration.h>
 #include <sys/time.h>
 
 #include <utility>
 
 #include "hal/base/text.hpp"
+
+// Null where a libfreenect without them is loaded.
+#pragma weak freenect_copy_registration
+#pragma weak freenect_destroy_registration
 
 namespace onemap::hal::libusb {
 
@@ -23,12 +28,42 @@ Error freenect_error(const std::string& what) {
   return {"camera libusb:", printable(why.empty() ? what : what + ": " + why)};
 }
 
-freenect_frame_mode depth_mode(freenect_depth_format format) {
+bool is_usable(const freenect_frame_mode& mode, int bytes) {
+  return mode.is_valid != 0 && mode.width == kSize.width && mode.height == kSize.height && mode.bytes == bytes;
+}
+
+// What is not there is nobody's business: its stand-in complains of what it is asked for and lacks.
+freenect_frame_mode depth_mode(freenect_depth_format format, int bytes) {
   for (int i = 0; i < freenect_get_depth_mode_count(); ++i) {
     const freenect_frame_mode mode = freenect_get_depth_mode(i);
-    if (mode.is_valid != 0 && mode.depth_format == format && mode.resolution == FREENECT_RESOLUTION_MEDIUM) return mode;
+    if (mode.depth_format == format && mode.resolution == FREENECT_RESOLUTION_MEDIUM && is_usable(mode, bytes))
+      return mode;
   }
   return {};
+}
+
+freenect_frame_mode colour_mode(freenect_video_format format, int bytes) {
+  for (int i = 0; i < freenect_get_video_mode_count(); ++i) {
+    const freenect_frame_mode mode = freenect_get_video_mode(i);
+    if (mode.video_format == format && mode.resolution == FREENECT_RESOLUTION_MEDIUM && is_usable(mode, bytes))
+      return mode;
+  }
+  return {};
+}
+
+// The device's own numbers, as tables. libfreenect's stand-in has no such function.
+std::unique_ptr<imaging::TabledRegistration> factory_registration(freenect_device* device) {
+  if (freenect_copy_registration == nullptr) return nullptr;
+  freenect_registration measured = freenect_copy_registration(device);
+  const imaging::FactoryTables tables{
+      {measured.raw_to_mm_shift, FREENECT_DEPTH_RAW_MAX_VALUE},
+      {measured.depth_to_rgb_shift, FREENECT_DEPTH_MM_MAX_VALUE},
+      {measured.registration_table[0], 2 * kSize.pixels()},
+      kSize.height * measured.reg_pad_info.start_lines,
+  };
+  auto registration = std::make_unique<imaging::TabledRegistration>(kSize, tables);
+  freenect_destroy_registration(&measured);
+  return registration;
 }
 
 }  // namespace
@@ -85,22 +120,25 @@ Status Freenect::open(int index, std::optional<imaging::Registration> wanted) {
   return success();
 }
 
-// What the factory measured is applied by libfreenect where it can; else disparities are turned to depth here.
 Status Freenect::configure(std::optional<imaging::Registration> wanted) {
-  const freenect_frame_mode registered = depth_mode(FREENECT_DEPTH_REGISTERED);
-  const freenect_frame_mode raw = depth_mode(FREENECT_DEPTH_11BIT);
-  const bool able = registered.is_valid != 0;
-  registration_ = wanted.value_or(able ? imaging::Registration::device : imaging::Registration::ours);
-  disparity_ = registration_ != imaging::Registration::device;
-  if (!disparity_ && !able)
+  if (Status status = choose_modes(); !status) return status;
+  const bool all_of_it = wanted.value_or(imaging::Registration::device) == imaging::Registration::device;
+  factory_ = all_of_it && forms_.packed ? factory_registration(device_) : nullptr;
+  registration_ = wanted.value_or(factory_ ? imaging::Registration::device : imaging::Registration::ours);
+  if (registration_ == imaging::Registration::device && !factory_)
     return Error{"camera libusb:", "registration=device: libfreenect offers no registered depth"};
-  const freenect_frame_mode depth = disparity_ ? raw : registered;
-  const freenect_frame_mode colour = freenect_find_video_mode(FREENECT_RESOLUTION_MEDIUM, FREENECT_VIDEO_RGB);
-  const auto usable = [](const freenect_frame_mode& mode, int bytes_per_pixel) {
-    return mode.is_valid != 0 && mode.width == kWidth && mode.height == kHeight &&
-           mode.bytes == kWidth * kHeight * bytes_per_pixel;
-  };
-  if (!usable(depth, 2) || !usable(colour, 3)) return Error{"camera libusb:", "libfreenect offers no 640x480"};
+  return success();
+}
+
+// Colour's mode last: with it libfreenect asks the device for what the factory measured.
+Status Freenect::choose_modes() {
+  constexpr int kPixels = kSize.width * kSize.height;
+  freenect_frame_mode depth = depth_mode(FREENECT_DEPTH_11BIT_PACKED, kPixels / 8 * 11);
+  freenect_frame_mode colour = colour_mode(FREENECT_VIDEO_BAYER, kPixels);
+  forms_ = {depth.is_valid != 0, colour.is_valid != 0};
+  if (!forms_.packed) depth = depth_mode(FREENECT_DEPTH_11BIT, 2 * kPixels);
+  if (!forms_.mosaic) colour = colour_mode(FREENECT_VIDEO_RGB, 3 * kPixels);
+  if (depth.is_valid == 0 || colour.is_valid == 0) return Error{"camera libusb:", "libfreenect offers no 640x480"};
   if (freenect_set_depth_mode(device_, depth) != 0) return freenect_error("does not take its depth mode");
   if (freenect_set_video_mode(device_, colour) != 0) return freenect_error("does not take its colour mode");
   images_ = std::make_unique<ImageRing>(static_cast<std::size_t>(depth.bytes), static_cast<std::size_t>(colour.bytes));

@@ -8,12 +8,21 @@
 
 #include "address.hpp"
 #include "hal/base/result.hpp"
+#include "hal/imaging/image_size.hpp"
+#include "hal/imaging/tabled_registration.hpp"
 #include "image_ring.hpp"
 #include "usb.hpp"
 
 namespace onemap::hal::libusb {
 
-constexpr int kWidth = 640, kHeight = 480;
+constexpr imaging::ImageSize kSize{640, 480};
+
+// How images come. libfreenect would turn the device's own bytes into pixels on the thread of its events, slowly; so
+// they are asked for as they are, which fakenect, its stand-in, does not have.
+struct Forms {
+  bool packed = false;  // disparities of 11 bits without gaps, else each in 16
+  bool mosaic = false;  // Bayer's, else RGB
+};
 
 // libfreenect on our libusb context. Its calls are not safe beside each other, so the thread that handles the events
 // stands still while a device is opened or closed.
@@ -34,11 +43,13 @@ class Freenect {
   int devices();  // that libfreenect sees
   ImageRing& images() { return *images_; }
   imaging::Registration registration() const { return registration_; }
-  bool disparity() const { return disparity_; }  // depth comes as raw disparities, else in mm
+  Forms forms() const { return forms_; }
+  imaging::TabledRegistration* factory() { return factory_.get(); }  // what registers where the device does; else null
 
  private:
   explicit Freenect(Usb& usb) : usb_(usb) {}
   Status configure(std::optional<imaging::Registration> wanted);
+  Status choose_modes();
   Status start_streams();
   void close_device();
   void start_events();
@@ -49,7 +60,8 @@ class Freenect {
   freenect_device* device_ = nullptr;
   std::unique_ptr<ImageRing> images_;
   imaging::Registration registration_ = imaging::Registration::none;
-  bool disparity_ = false;
+  Forms forms_;
+  std::unique_ptr<imaging::TabledRegistration> factory_;
   std::atomic<bool> stopping_ = false, failed_ = false;
   std::thread events_;
 };

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cstring>
 #include <utility>
 
 #include "hal/base/text.hpp"
+#include "hal/imaging/raw_colour.hpp"
 
 namespace onemap::hal::libusb {
 
@@ -67,7 +69,7 @@ Status LibusbCamera::prepare() {
   if (address_.lenses.calibration.has_lens())
     if (const Status status = address_.lenses.calibration.apply(colour_); !status) return status.error();
   const imaging::Registration registration = freenect_->registration();
-  mm_.resize(static_cast<std::size_t>(kWidth) * kHeight);
+  mm_.resize(kSize.pixels());
   if (registration == imaging::Registration::ours) {
     Intrinsics depth;
     depth.fx = depth.fy = kDepthFocal_px;
@@ -189,8 +191,7 @@ Grab LibusbCamera::deliver(const Outcome& pair, Frame& into) {
   ImageRing& images = freenect_->images();
   const ImageRing::Image colour = held(Stream::colour, pair.colour.buffer);
   const ImageRing::Image depth = held(Stream::depth, pair.depth.buffer);
-  const auto rgb = images.bytes(colour);
-  std::memcpy(into.rgb().data(), rgb.data(), rgb.size());
+  write_colour(images.bytes(colour), into.rgb());
   write_depth(images.bytes(depth), into.depth());
   images.give_back(colour);
   images.give_back(depth);
@@ -202,17 +203,30 @@ Grab LibusbCamera::deliver(const Outcome& pair, Frame& into) {
   return Grab::frame;
 }
 
-void LibusbCamera::write_depth(std::span<const std::uint8_t> bytes, std::span<std::uint16_t> depth) {
-  std::span<const std::uint16_t> values(reinterpret_cast<const std::uint16_t*>(bytes.data()), bytes.size() / 2);
-  if (freenect_->disparity()) {
-    const std::span<std::uint16_t> mm = registration_ ? std::span(mm_) : depth;
-    to_mm_.to_mm(values, mm);
-    values = mm;
+// The ring's images are as long as the modes say: nothing here can be too short.
+void LibusbCamera::write_colour(std::span<const std::uint8_t> bytes, std::span<std::uint8_t> rgb) const {
+  if (!freenect_->forms().mosaic) {
+    std::memcpy(rgb.data(), bytes.data(), rgb.size());
+    return;
   }
-  if (registration_)
-    registration_->apply(values, depth);
-  else if (values.data() != depth.data())
-    std::memcpy(depth.data(), values.data(), bytes.size());
+  [[maybe_unused]] const Status status = imaging::bayer_grbg_to_rgb({bytes, kSize}, rgb);
+  assert(status.ok());
+}
+
+void LibusbCamera::write_depth(std::span<const std::uint8_t> bytes, std::span<std::uint16_t> depth) {
+  Status status = success();
+  if (imaging::TabledRegistration* factory = freenect_->factory()) {
+    status = factory->apply(bytes, depth);
+    assert(status.ok());
+    return;
+  }
+  const std::span<std::uint16_t> mm = registration_ ? std::span(mm_) : depth;
+  if (freenect_->forms().packed)
+    status = to_mm_.packed_to_mm({bytes, kSize}, mm);
+  else
+    to_mm_.to_mm({reinterpret_cast<const std::uint16_t*>(bytes.data()), mm.size()}, mm);
+  assert(status.ok());
+  if (registration_) registration_->apply(mm, depth);
 }
 
 }  // namespace onemap::hal::libusb

@@ -48,6 +48,7 @@ class LibusbCamera final : public DepthCamera {
   void take(const ImageRing::Image& image);
   bool next_pair(Outcome& pair);
   Grab deliver(const Outcome& pair, Frame& into);
+  void write_colour(std::span<const std::uint8_t> bytes, std::span<std::uint8_t> rgb) const;
   void write_depth(std::span<const std::uint8_t> bytes, std::span<std::uint16_t> depth);
   ImageRing::Image& held(Stream stream, std::uint32_t slot) { return held_[stream == Stream::depth ? 0 : 1][slot]; }
 

@@ -42,7 +42,7 @@ std::string_view name(PixelFormat format) {
     case PixelFormat::grey8:
       return "grey";
     case PixelFormat::other:
-      return "other";
+      return "in a format that is not decoded";
   }
   return "unknown";
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <thread>
 #include <utility>
 
 #include "hal/backends/openni2/decode.hpp"
@@ -21,6 +22,7 @@ constexpr Duration kMaxApart = std::chrono::microseconds(17000);
 constexpr milliseconds kLook{20};
 // Longer than any disk takes: a recording that is silent for so long is broken.
 constexpr milliseconds kRecordingPatience{5000};
+constexpr milliseconds kLookAnew{3000};
 
 }  // namespace
 
@@ -139,15 +141,33 @@ Grab OpenNi2Camera::lose_device(const std::string& why, milliseconds silent) {
   pairs_.emplace(kMaxApart, kWaiting);
   for (openni::VideoFrameRef& image : held_) image.release();
   device_.reset();
-  away_ = silent;
+  away_ = looked_at_ = silent;
   return Grab::gone;
 }
 
 Grab OpenNi2Camera::grab_gone(Frame& into, milliseconds timeout) {
-  const bool back = reconnect() || (hotplug_->wait_for_arrival(timeout) && reconnect());
+  if (!hotplug_) std::this_thread::sleep_for(timeout);
+  const bool back = hotplug_ && (reconnect() || (hotplug_->wait_for_arrival(timeout) && reconnect()));
   if (back) return grab_connected(into, timeout);
   away_ += timeout;
+  if (away_ - looked_at_ >= kLookAnew) look_anew();
   return Grab::gone;
+}
+
+// The drivers look for devices when they begin, and then hear of them from udev's daemon. Where there is none (many
+// containers) they hear of nothing: who begins now sees what is there. While another camera uses them they go on.
+void OpenNi2Camera::look_anew() {
+  looked_at_ = away_;
+  hotplug_.reset();
+  library_.reset();
+  auto library = Library::load();
+  auto hotplug = library ? Hotplug::listen() : Result<std::unique_ptr<Hotplug>>(library.error());
+  if (!hotplug) {
+    error_ = hotplug.error();
+    return;
+  }
+  library_ = std::move(*library);
+  hotplug_ = std::move(*hotplug);
 }
 
 bool OpenNi2Camera::reconnect() {

@@ -41,6 +41,7 @@ class OpenNi2Camera final : public DepthCamera {
   Grab grab_connected(Frame& into, std::chrono::milliseconds timeout);
   Grab grab_gone(Frame& into, std::chrono::milliseconds timeout);
   bool reconnect();
+  void look_anew();
   Grab lose_device(const std::string& why, std::chrono::milliseconds silent = {});
   Grab stalled();
   Grab broken(const Error& error);
@@ -53,10 +54,10 @@ class OpenNi2Camera final : public DepthCamera {
   openni::VideoFrameRef& held(const Image& image) { return held_[image.buffer]; }
 
   const Address address_;
-  const std::shared_ptr<Library> library_;  // before what was opened through it
-  const std::unique_ptr<Hotplug> hotplug_;
-  std::unique_ptr<Device> device_;  // null: gone
-  Identity identity_;               // of the device that the camera began with
+  std::shared_ptr<Library> library_;  // before what was opened through it
+  std::unique_ptr<Hotplug> hotplug_;  // null when the library could not be loaded anew
+  std::unique_ptr<Device> device_;    // null: gone
+  Identity identity_;                 // of the device that the camera began with
   Intrinsics colour_;
   std::string description_;
   std::optional<imaging::PairByTime> pairs_;
@@ -67,7 +68,8 @@ class OpenNi2Camera final : public DepthCamera {
   std::vector<std::uint16_t> unregistered_;
   DeviceClock clock_;
   Stall stall_;
-  std::chrono::milliseconds away_{}, silent_{};  // waited for the device; for the recording's next image
+  std::chrono::milliseconds away_{}, looked_at_{};  // since it left; when the drivers were last begun anew
+  std::chrono::milliseconds silent_{};              // waited for the recording's next image
   bool over_ = false;
   std::uint64_t index_ = 0;  // colour images that the device took so far
   int last_frame_index_ = 0;

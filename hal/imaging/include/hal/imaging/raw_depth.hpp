@@ -29,6 +29,8 @@ class KinectDisparity {
   explicit KinectDisparity(double offset = 1090, double baseline_m = 0.075, double focal_px = 580);
   // Values above 2047, disparities at or behind the offset and depths over 10 m are no reading. In place is fine.
   void to_mm(std::span<const std::uint16_t> disparity, std::span<std::uint16_t> depth_mm) const;
+  // The same of packed ones, as unpack_disparity11 takes them.
+  Status packed_to_mm(const RawImage& image, std::span<std::uint16_t> depth_mm) const;
 
  private:
   std::array<std::uint16_t, 2048> mm_;

@@ -31,6 +31,7 @@ class DepthRegistration {
     std::uint64_t readings = 0;  // of the depth image
     std::uint64_t outside =
         0;  // of them, those that give the colour image nothing: beside it, behind it, too far, between its pixels
+    void add_unseen(std::span<const std::uint16_t> row);  // of which colour sees nothing
   };
   // depth: as the depth camera's size, 0 = no reading. registered: as the colour image's size, all of it written.
   Counts apply(std::span<const std::uint16_t> depth, std::span<std::uint16_t> registered);

@@ -11,7 +11,8 @@ namespace onemap::hal {
 //
 //   option        default        meaning
 //   registration  device, else   who moves depth into the colour image: device, by what the factory measured and the
-//                 ours           device remembers; ours, from nominal lenses and the baseline; none: it is there
+//                 ours           device remembers, as libfreenect does it; ours, from nominal lenses and the baseline;
+//                 none: it is there
 //   baseline      0.025          metres from the depth camera to the colour camera on its right, for ours
 //   calibration   -              a file of `key value` lines for the colour image; without it 525 pixels, the middle
 //   fx fy cx cy k1 k2 p1 p2 k3 depth_scale noise_least_m noise_growth_per_m noise_best_m   over the calibration

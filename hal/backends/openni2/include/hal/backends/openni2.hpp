@@ -22,13 +22,15 @@ namespace onemap::hal {
 // A device's stamps count from its own start: times are its stamps plus the address's clock_offset. When it comes back
 // with a new clock, time goes on after what was waited for it. A recording's times are its stamps. A device that was
 // pulled out is gone until the same (by its USB ids and its serial number) is plugged in; one that is there and has
-// given nothing for five seconds is opened anew. A recording plays every frame as fast as it is asked.
+// given nothing for five seconds is opened anew. Where the drivers hear of nothing (no udev in a container), they are
+// begun anew every three seconds while it is away. A recording plays every frame as fast as it is asked.
 Result<std::unique_ptr<DepthCamera>> open_openni2(const CameraAddress& address);
 
 // Its form and its options, before any device is looked for. The calibration file that it names is read.
 Status check_openni2(const CameraAddress& address);
 
-// The devices that OpenNI2's drivers see, with what the kernel has against one (usb_place.hpp). None is opened.
+// The devices that OpenNI2's drivers see when they begin, which needs no udev, with what the kernel has against one
+// (usb_place.hpp). None is opened.
 std::vector<CameraInfo> list_openni2();
 
 }  // namespace onemap::hal
