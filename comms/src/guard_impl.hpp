@@ -37,6 +37,7 @@ struct Guard::Impl {
   void on_cookie(const Endpoint& from, Bytes bytes);
   void on_frames(const Endpoint& from, Bytes bytes);
   void on_own(const Endpoint& from, Bytes bytes);
+  void meet_again(const Endpoint& from);
   void on_group(const Endpoint& from, Bytes bytes);
   void make_room_for(const Endpoint& from);
   void authentic(Links::iterator link, std::uint32_t index);
@@ -48,6 +49,7 @@ struct Guard::Impl {
   // guard_send.cpp
   bool next_outgoing(OutgoingDatagram& datagram);
   bool seal(OutgoingDatagram& datagram);
+  bool knock(OutgoingDatagram& datagram);
   void want(const Endpoint& at);
   void begin(const Endpoint& at, Link& link);
   void reply(const Endpoint& to, Bytes bytes);

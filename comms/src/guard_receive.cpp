@@ -157,15 +157,30 @@ void Guard::Impl::on_frames(const Endpoint& from, Bytes bytes) {
   if (verdict != Refusal::count) {
     ++counters.datagrams_received;
     counters.bytes_received += bytes.size();
+    if (verdict == Refusal::unknown_session) meet_again(from);
     return refuse(verdict);
   }
   authentic(link, index);
   session = link->second.of(index);
   const Greeting peer = session->peer();
-  follow(link, from, counter_of(bytes), index);
+  if (bytes.size() >= kOwnBytes) follow(link, from, counter_of(bytes), index);  // it gets no more than it sent
   const Endpoint at = link->first;
   const Node::Proof proof{peer.robot, peer.incarnation, counter_of(bytes), bytes.size(), session->loss(), false};
   judge(at, peer.identity, peer.robot, node.on_sealed(now, at, proof, frames));
+}
+
+// Somebody whom we greet, or who should be there, speaks in a session that is not here (any longer): one that we lost,
+// or that we never heard had been made. Anybody can say so, so it is worth a greeting a second.
+void Guard::Impl::meet_again(const Endpoint& from) {
+  constexpr auto kGap = std::chrono::seconds(1);
+  const auto at = links.find(from);
+  if (at == links.end()) return;
+  Link& link = at->second;
+  if (link.initiation && !link.initiation->over(now)) return link.initiation->is_there(now);
+  if (now < link.met_again + kGap) return;
+  link.met_again = now;
+  if (link.initiation) indices.erase(link.initiation->index());
+  begin(from, link);
 }
 
 // Whoever has the team's key and its own and sends what is no frame is broken, or lies.
@@ -209,7 +224,8 @@ void Guard::Impl::move(Links::iterator link) {
   const Endpoint from = link->first, to = link->second.move->to;
   link->second.move.reset();
   if (const auto there = links.find(to); there != links.end()) {
-    if (there->second.current) return;  // another session lives there
+    const auto& lives = there->second.current;  // this one has just answered from there
+    if (lives && lives->peer().robot != link->second.current->peer().robot) return;
     drop(there);
   }
   auto entry = links.extract(link);
@@ -228,8 +244,18 @@ void Guard::Impl::on_group(const Endpoint& from, Bytes bytes) {
     return refuse(verdict);
   }
   constexpr auto kLowerIdFirst = std::chrono::milliseconds(500);
-  if (!links.contains(from) && opened.robot < config.self)
+  const auto known = links.find(from);
+  if (!config.group && known == links.end()) {  // nobody whom we greet: it is we who would be made to speak there
+    ++counters.datagrams_received;
+    counters.bytes_received += bytes.size();
+    return refuse(Refusal::stranger);
+  }
+  if (known != links.end()) {
+    if (known->second.initiation) known->second.initiation->is_there(now);
+    if (!known->second.current) known->second.not_before = std::min(known->second.not_before, now + kLowerIdFirst);
+  } else if (opened.robot < config.self) {
     if (Link* const link = link_for(from); link != nullptr) link->not_before = now + kLowerIdFirst;
+  }
   node.on_sealed(now, from, {opened.robot, opened.incarnation, opened.counter, bytes.size(), 0.0, true}, opened.frames);
 }
 

@@ -1,6 +1,7 @@
 // What goes to the network.
 #include <algorithm>
 
+#include "comms/wire/frames.hpp"
 #include "comms/wire/header.hpp"
 #include "guard_impl.hpp"
 #include "hal/base/bytes.hpp"
@@ -46,7 +47,7 @@ bool Guard::Impl::seal(OutgoingDatagram& datagram) {
   const auto link = links.find(datagram.to);
   const bool written = wire::read_header(datagram.bytes(), header) == Refusal::count;
   const bool usable = written && link != links.end() && link->second.current && !link->second.current->expired(now);
-  if (!usable) return want(datagram.to), false;
+  if (!usable) return want(datagram.to), knock(datagram);
   Transport& session = *link->second.current;
   // Meant for another life than the one that we have a session with.
   if (header.receiver != 0 && header.receiver != session.peer().incarnation) return want(datagram.to), false;
@@ -54,6 +55,15 @@ bool Guard::Impl::seal(OutgoingDatagram& datagram) {
   std::copy_n(datagram.buffer.begin() + wire::kHeaderBytes, size, datagram.buffer.begin() + kHeaderBytes);
   datagram.size = session.seal(datagram.buffer, size, header.counter);
   link->second.spoke = now;
+  return true;
+}
+
+// A greeting without a session: anybody of the team can read it, and says HELLO in return. It is a tenth of one.
+bool Guard::Impl::knock(OutgoingDatagram& datagram) {
+  if (datagram.size != wire::kHeaderBytes + wire::kFrameHeadBytes + wire::kBeaconBytes) return false;
+  if (datagram.buffer[wire::kHeaderBytes] != static_cast<std::uint8_t>(FrameType::beacon)) return false;
+  group.seal(datagram, config.random);
+  counters.bytes_sent += kGroupOverheadBytes - kOverheadBytes;  // the node counted a session's
   return true;
 }
 

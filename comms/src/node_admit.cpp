@@ -78,15 +78,33 @@ bool Node::Impl::conflicts(const Endpoint& from, const wire::Header& header, con
     if (!echo) conflict = IdConflict{from, header.sender, now};
     return true;
   }
-  for (const auto& [endpoint, other] : peers) {
+  for (auto& [endpoint, other] : peers) {
     if (endpoint == from || !other.who.alive || other.who.robot != robot) continue;
     if (now - other.who.last_heard > config.neighbour_timeout / 2) continue;
     const bool proved = config.sealed && names_us(header);
     if (proved && header.sender > other.who.incarnation) continue;  // it started again, and has its key to say so
+    if (config.sealed && header.sender == other.who.incarnation && !is_still_there(other)) continue;
     refuse(other.who.incarnation == header.sender ? Refusal::second_path : Refusal::id_conflict);
     return true;
   }
   return false;
+}
+
+// A neighbour is heard elsewhere, too. Where it was may be a way that ended, or somebody who passed on a handshake and
+// nothing more: it is asked, and who does not answer is not there.
+bool Node::Impl::is_still_there(Peer& peer) {
+  constexpr auto kLately = std::chrono::seconds(2);
+  if (peer.who.doubtful) return false;
+  if (now - peer.who.last_heard < kLately) return true;
+  ask_whether_there(peer);
+  return true;
+}
+
+void Node::Impl::ask_whether_there(Peer& peer) {
+  constexpr auto kPatience = std::chrono::milliseconds(600);
+  if (peer.who.asked_until) return;
+  peer.who.asked_until = now + kPatience;
+  peer.pings.due = true;
 }
 
 // Somebody else greets from where a living neighbour is: a robot that started again, or a forged address. First it is

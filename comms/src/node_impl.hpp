@@ -50,6 +50,8 @@ struct Node::Impl {
   Peer* admit_greeting(const Endpoint& from, const wire::Header& header, const RobotId& robot);
   Peer* admit_candidate(Peer& peer, const wire::Header& header, std::span<const wire::Frame> frames);
   bool conflicts(const Endpoint& from, const wire::Header& header, const RobotId& robot);
+  bool is_still_there(Peer& peer);
+  void ask_whether_there(Peer& peer);
   void challenge(Peer& peer, const wire::Header& header, const RobotId& robot);
   void moved(const Endpoint& from, const Endpoint& to);
   void forget(Peers::iterator peer);

@@ -154,13 +154,10 @@ void Node::Impl::on_have(Peer& peer, const wire::HaveEntry& entry) {
 // Somebody believes in a later life of a neighbour of ours than the one in which it lives. It shall hear of that: when
 // it goes on after that number, all believe it again. Or it went away and lives on elsewhere: then it does not answer.
 void Node::Impl::tell_author(const LogId& log) {
-  constexpr auto kPatience = std::chrono::milliseconds(600);
   for (auto& [endpoint, peer] : peers) {
     if (!peer.who.alive || peer.who.robot != log.robot) continue;
     peer.outbox.tell_later_life(now, log.incarnation);
-    if (peer.who.asked_until) continue;
-    peer.who.asked_until = now + kPatience;
-    peer.pings.due = true;
+    ask_whether_there(peer);
   }
 }
 

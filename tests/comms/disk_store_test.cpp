@@ -151,6 +151,13 @@ TEST(DiskStore, TheIndexIsOfFixedSize) {
   EXPECT_EQ(store->view().refused_full, 1u);
 }
 
+// A megabyte is left for tables of bounded numbers: 32 neighbours, 4096 logs, 1024 robots.
+TEST(DiskStore, AndWhatComesInPartsTakesNoMoreThan15MB) {
+  MemoryDisk disk;
+  auto store = opened(disk, DiskStoreConfig{});
+  EXPECT_LE(store->view().memory_bytes + NodeConfig{}.reassembly_bytes, (15u << 20) + (64u << 10));
+}
+
 TEST(DiskStore, ForgottenBodiesMakeRoomAndHeadsStay) {
   MemoryDisk disk;
   SignedLogs logs;

@@ -33,7 +33,10 @@ double rounds(std::uint32_t fragments, double loss) {
 Duration Play::bound() const {
   std::map<RecordId, OnWire> all;
   for (std::size_t i = 0; i < scenario_.robots; ++i)
-    net_[i].store->scan([&](const auto& record) { all[record->id] = on_wire(*record); });
+    net_[i].store->scan([&](const auto& record) {  // where nobody dropped its body
+      OnWire& most = all[record->id];
+      if (const OnWire here = on_wire(*record); here.bytes > most.bytes) most = here;
+    });
   std::uint32_t most_fragments = 1;  // of a record that somebody lacks
   std::vector<double> missing(scenario_.robots);
   for (std::size_t i = 0; i < scenario_.robots; ++i) {

@@ -1,142 +1,78 @@
 #include "sim/disk.hpp"
 
-#include <algorithm>
-#include <array>
-#include <optional>
-#include <span>
+#include <stdexcept>
 
 #include "comms/memory_store.hpp"
-#include "comms/wire/frames.hpp"
-#include "hal/base/bytes.hpp"
 
 namespace onemap::comms::sim {
 
-namespace {
-constexpr std::size_t kHeadBytes = 16 + 1 + 8 + 4 + 2 + 4 + 8;
-
-std::uint64_t checksum(std::span<const std::uint8_t> head, std::span<const std::uint8_t> body) {
-  return wire::body_hash(0, head) ^ wire::body_hash(1, body);
-}
-
-// Behind the head: the seal, what is left of a body that was dropped, the body.
-std::vector<std::uint8_t> rest_of(const Record& record) {
-  std::vector<std::uint8_t> rest;
-  ByteWriter out(rest);
-  out.bytes(record.seal.previous);
-  out.put(record.seal.replaces);
-  out.bytes(record.seal.signature);
-  out.put(static_cast<std::uint8_t>(record.dropped ? 1 : 0));
-  if (record.dropped) {
-    out.put(record.dropped->bytes);
-    out.bytes(record.dropped->digest);
-  }
-  out.bytes(record.body);
-  return rest;
-}
-
-void read_rest(ByteReader in, Record& record) {
-  get_bytes(in, record.seal.previous);
-  record.seal.replaces = in.get<std::uint32_t>();
-  get_bytes(in, record.seal.signature);
-  if (in.get<std::uint8_t>() == 1) {
-    record.dropped.emplace();
-    record.dropped->bytes = in.get<std::uint32_t>();
-    get_bytes(in, record.dropped->digest);
-  }
-  const auto body = in.bytes(in.remaining());
-  record.body.assign(body.begin(), body.end());
-}
-
-void write_record(const Record& record, std::vector<std::uint8_t>& file) {
-  const std::vector<std::uint8_t> rest = rest_of(record);
-  std::array<std::uint8_t, kHeadBytes> head;
-  std::uint8_t* at = std::copy(record.id.log.robot.bytes.begin(), record.id.log.robot.bytes.end(), head.begin());
-  at = put_little_endian(at, record.id.log.lane);
-  at = put_little_endian(at, record.id.log.incarnation);
-  at = put_little_endian(at, record.id.seq);
-  at = put_little_endian(at, record.kind);
-  at = put_little_endian(at, static_cast<std::uint32_t>(rest.size()));
-  put_little_endian(at, checksum(std::span(head).first(kHeadBytes - 8), rest));
-  file.insert(file.end(), head.begin(), head.end());
-  file.insert(file.end(), rest.begin(), rest.end());
-}
-
-std::optional<Record> read_record(ByteReader& in) {
-  const auto head = in.bytes(kHeadBytes - 8);
-  ByteReader fields(head);
-  Record record;
-  get_bytes(fields, record.id.log.robot.bytes);
-  record.id.log.lane = fields.get<std::uint8_t>();
-  record.id.log.incarnation = fields.get<std::uint64_t>();
-  record.id.seq = fields.get<std::uint32_t>();
-  record.kind = fields.get<std::uint16_t>();
-  const auto size = fields.get<std::uint32_t>();
-  const auto sum = in.get<std::uint64_t>();
-  const auto rest = in.bytes(size);
-  if (!in.ok() || sum != checksum(head, rest)) return std::nullopt;
-  read_rest(ByteReader(rest), record);
-  return record;
-}
-}  // namespace
-
 std::unique_ptr<LogStore> NoDisk::open() { return std::make_unique<MemoryStore>(budget_bytes_); }
 
-class JournalStore final : public LogStore {
+class LogDisk::Late final : public Disk {
  public:
-  explicit JournalStore(JournalDisk& disk) : disk_(disk), records_(disk.budget_bytes_) {
-    ByteReader in(disk.file_);
-    std::size_t good = 0;
-    while (in.remaining() > 0) {
-      auto record = read_record(in);
-      if (!record || !records_.append(std::move(*record))) break;
-      good = disk.file_.size() - in.remaining();
-    }
-    disk_.file_.resize(good);
-    disk_.durable_ = good;
-    durable_to_ = records_.frontier();
+  Late(MemoryDisk& disk, unsigned polls) : disk_(disk), polls_(polls) {}
+  std::optional<std::vector<std::string>> list() override { return disk_.list(); }
+  std::optional<std::uint64_t> size(const std::string& name) override { return disk_.size(name); }
+  std::optional<std::size_t> read(const std::string& name, std::uint64_t at, std::span<std::uint8_t> into) override {
+    return disk_.read(name, at, into);
   }
-  Status append(Record record) override {
-    std::vector<std::uint8_t> bytes;
-    write_record(record, bytes);
-    if (auto kept = records_.append(std::move(record)); !kept) return kept;
-    disk_.file_.insert(disk_.file_.end(), bytes.begin(), bytes.end());
-    return success();
+  DiskFault write(const std::string& name, std::uint64_t at, std::span<const std::uint8_t> bytes) override {
+    return disk_.write(name, at, bytes);
   }
-  Status sync() override {
-    disk_.durable_ = disk_.file_.size();
-    durable_to_ = records_.frontier();
-    return success();
+  DiskFault cut(const std::string& name, std::uint64_t size) override { return disk_.cut(name, size); }
+  DiskFault remove(const std::string& name) override { return disk_.remove(name); }
+  DiskFault rename(const std::string& name, const std::string& to) override { return disk_.rename(name, to); }
+  void begin_sync(const std::string& name) override {
+    left_ = polls_;
+    disk_.begin_sync(name);
   }
-  std::uint32_t durable(const LogId& log) const override {
-    const auto at = durable_to_.find(log);
-    return at == durable_to_.end() ? 0 : at->second;
+  std::optional<DiskFault> synced(bool wait) override {
+    if (!wait && left_ > 0) return --left_, std::nullopt;
+    return disk_.synced(wait);
   }
-  std::shared_ptr<const Record> find(const RecordId& id) const override { return records_.find(id); }
-  void scan(const std::function<void(const std::shared_ptr<const Record>&)>& visit) const override {
-    records_.scan(visit);
-  }
-  bool forget(const RecordId& id) override { return records_.forget(id); }
-  const VersionVector& frontier() const override { return records_.frontier(); }
-  std::size_t bytes() const override { return records_.bytes(); }
 
  private:
-  JournalDisk& disk_;
-  MemoryStore records_;
-  VersionVector durable_to_;
+  MemoryDisk& disk_;
+  unsigned polls_, left_ = 0;
 };
 
-std::unique_ptr<LogStore> JournalDisk::open() { return std::make_unique<JournalStore>(*this); }
+LogDisk::LogDisk(std::size_t budget_bytes, unsigned polls_of_a_sync)
+    : budget_bytes_(budget_bytes), late_(std::make_unique<Late>(disk_, polls_of_a_sync)) {}
+LogDisk::~LogDisk() = default;
 
-void JournalDisk::crash(Random& random) {
-  const std::size_t unsynced = file_.size() - durable_;
-  const std::size_t left = unsynced == 0 ? 0 : random.below(unsynced + 1);
-  file_.resize(durable_ + left);
-  if (left > 0 && random.below(2) == 0) file_[durable_ + random.below(left)] ^= 0x40;
+std::unique_ptr<LogStore> LogDisk::open() {
+  disk_.fault = DiskFault::none;
+  DiskStoreConfig config;
+  config.budget_bytes = budget_bytes_;
+  config.index_bytes = 64u << 10;
+  config.cache_bytes = config.waiting_bytes = 256u << 10;
+  auto store = DiskStore::open(*late_, config);
+  if (!store) throw std::runtime_error(store.error().text());
+  store_ = store->get();
+  return std::move(*store);
 }
 
-void JournalDisk::wipe() {
-  file_.clear();
-  durable_ = 0;
+bool LogDisk::works() const { return store_->view().fault == DiskFault::none; }
+
+void LogDisk::die() { disk_.fault = DiskFault::failing; }
+
+void LogDisk::crash(Random& random) {
+  constexpr std::size_t kNever = ~std::size_t{0} / 2;
+  disk_.cut_power_at(kNever, random.next());
+  disk_.come_back();
+}
+
+void LogDisk::wipe() {
+  const std::uint64_t room = disk_.room;
+  disk_ = MemoryDisk();
+  disk_.room = room;
+}
+
+void LogDisk::fill(bool full) {
+  disk_.room = ~std::uint64_t{0};
+  if (!full) return;
+  disk_.room = 0;
+  for (const auto& [name, file] : disk_.files()) disk_.room += file.bytes.size();
 }
 
 }  // namespace onemap::comms::sim

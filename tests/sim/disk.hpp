@@ -1,9 +1,11 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <vector>
 
+#include "comms/disk/disk_store.hpp"
 #include "comms/log_store.hpp"
+#include "support/memory_disk.hpp"
 #include "support/random.hpp"
 
 namespace onemap::comms::sim {
@@ -16,12 +18,15 @@ class NodeDisk {
  public:
   virtual ~NodeDisk() = default;
   virtual std::unique_ptr<LogStore> open() = 0;
+  virtual void die() {}  // before the store is closed: the process writes nothing more
   // The power went: what was synced stays, and of the rest as much as chance leaves.
   virtual void crash(Random& random) = 0;
   virtual void wipe() = 0;
+  virtual void fill(bool /*full*/) {}          // somebody else took all the room that there was, or gave it back
+  virtual bool works() const { return true; }  // while it is open: what is told now is kept
 };
 
-// No disk: records live in memory and die with the process, as onemapd's do until they are kept on a disk.
+// No disk: records live in memory and die with the process.
 class NoDisk final : public NodeDisk {
  public:
   explicit NoDisk(std::size_t budget_bytes) : budget_bytes_(budget_bytes) {}
@@ -33,24 +38,27 @@ class NoDisk final : public NodeDisk {
   std::size_t budget_bytes_;
 };
 
-// One file of records that is only ever appended to, each with its checksum. sync() makes durable what is there; a
-// crash cuts the rest anywhere, within a record, too, and may spoil what is left of it. Opening reads to the first
-// record that is not whole and cuts there.
-class JournalDisk final : public NodeDisk {
+// The daemon's own log (DiskStore) on a disk in memory that loses, tears and fills up. A sync takes its time: it has
+// ended when it was asked so often whether it has.
+class LogDisk final : public NodeDisk {
  public:
-  explicit JournalDisk(std::size_t budget_bytes) : budget_bytes_(budget_bytes) {}
+  LogDisk(std::size_t budget_bytes, unsigned polls_of_a_sync);
+  ~LogDisk() override;
   std::unique_ptr<LogStore> open() override;
+  void die() override;
   void crash(Random& random) override;
   void wipe() override;
+  void fill(bool full) override;
+  bool works() const override;
 
-  std::size_t bytes() const { return file_.size(); }
-  std::size_t durable_bytes() const { return durable_; }
+  MemoryDisk& disk() { return disk_; }
 
  private:
-  friend class JournalStore;
+  class Late;
   std::size_t budget_bytes_;
-  std::vector<std::uint8_t> file_;
-  std::size_t durable_ = 0;  // of them
+  MemoryDisk disk_;
+  std::unique_ptr<Late> late_;
+  const DiskStore* store_ = nullptr;  // that was opened last
 };
 
 }  // namespace onemap::comms::sim

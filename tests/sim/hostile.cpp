@@ -28,7 +28,8 @@ void Hostile::hear(Instant, const Endpoint& from, const Endpoint& to, std::span<
 
 void Hostile::speak(Instant now, const Send& send) {
   next_ = now + std::chrono::milliseconds(5 + random_.below(120));
-  if (silent_ || victims_.empty() || heard_.empty()) return;
+  if (silent_ || heard_.empty()) return;
+  if (victims_.empty()) return speak_without_a_key(send);
   switch (random_.below(6)) {
     case 0:
       return greet(send);
@@ -41,6 +42,12 @@ void Hostile::speak(Instant now, const Send& send) {
     default:
       return lie(send);
   }
+}
+
+// All that is said near it is sealed.
+void Hostile::speak_without_a_key(const Send& send) {
+  if (random_.below(3) == 0) return repeat_changed(send);
+  repeat(send);
 }
 
 template <class Write>

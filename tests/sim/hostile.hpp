@@ -10,8 +10,7 @@
 namespace onemap::comms::sim {
 
 // Somebody near the team who wants it ill: greets under a name of its own, repeats what it heard (under any address),
-// repeats it changed, and lies in well-formed frames. It hears all that is sent near it. While records are not signed
-// it writes nothing in the names of others, but for what chance makes of changed datagrams.
+// repeats it changed, and, where nothing is sealed, lies in well-formed frames. It hears all that is sent near it.
 class Hostile final : public Guest {
  public:
   Hostile(std::uint64_t seed, Endpoint own) : random_(seed), own_(own) {}
@@ -38,6 +37,7 @@ class Hostile final : public Guest {
   void repeat(const Send& send);
   void repeat_changed(const Send& send);
   void lie(const Send& send);
+  void speak_without_a_key(const Send& send);
   template <class Write>
   void say(const Send& send, const Endpoint& to, Victim& victim, Write write);
   LogId some_log();

@@ -14,13 +14,14 @@ using namespace onemap;
 using namespace onemap::comms::sim;
 
 constexpr std::string_view kHelp =
-    "usage: onemap_sim [--seeds N] [--from SEED] [--robots N] [--long] [--show]\n"
+    "usage: onemap_sim [--seeds N] [--from SEED] [--robots N] [--long] [--show] [--trace] [--as-is]\n"
     "  --seeds N    so many scenarios (1000)\n"
     "  --from SEED  the first one's seed (1)\n"
     "  --robots N   exactly so many robots, instead of 2 to 6\n"
     "  --long       longer, with more faults and records\n"
     "  --show       what happens in each\n"
     "  --trace      every datagram of the least of what fails\n"
+    "  --as-is      what fails is not made smaller\n"
     "Exit status: 0 all is well, 1 a scenario failed, 2 wrong options.\n";
 
 constexpr std::size_t kMostToShrink = 12;  // robots; with more it takes hours
@@ -28,7 +29,7 @@ constexpr std::size_t kMostToShrink = 12;  // robots; with more it takes hours
 struct Options {
   std::uint64_t seeds = 1000, from = 1;
   Size size;
-  bool show = false, trace = false;
+  bool show = false, trace = false, as_is = false;
 };
 
 bool read(int argc, char** argv, Options& options) {
@@ -51,6 +52,8 @@ bool read(int argc, char** argv, Options& options) {
       options.show = true;
     else if (word == "--trace")
       options.trace = true;
+    else if (word == "--as-is")
+      options.as_is = true;
     else
       return false;
   }
@@ -86,7 +89,7 @@ int main(int argc, char** argv) {
     ++failed;
     fmt::print("FAILED {}  {}\n", text_of(scenario), outcome.failure);
     if (scenario.robots > kMostToShrink) continue;
-    const Scenario least = shrink(scenario);
+    const Scenario least = options.as_is ? scenario : shrink(scenario);
     fmt::print("the least of it that fails: {}  {}\n\n", text_of(least),
                run(least, options.trace ? print_line : Trace{}).failure);
     std::fflush(stdout);

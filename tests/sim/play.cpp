@@ -14,13 +14,21 @@ constexpr unsigned kMostNewLives = 3;  // the daemon's
 constexpr auto kStep = milliseconds(100);
 // Who lies in well-formed frames, in the open, can hold others up, and no longer than this after it has gone, and while
 // it stays: what it claimed to hold is asked of it, and counts that were never true have to be found out.
+// Who has no key can pass on a handshake between two who then speak to each other through it, until they notice.
+constexpr auto kAfterAHandshakeThatWasPassedOn = seconds(3);
 constexpr auto kAfterTheHostile = seconds(12), kBesideTheHostile = seconds(30);
 
 Duration allowed_for(const Scenario& scenario) {
   if (!scenario.hostile) return Duration{};
+  if (scenario.sealed) return kAfterAHandshakeThatWasPassedOn;
   return scenario.hostile_stays ? kBesideTheHostile : kAfterTheHostile;
 }
 constexpr std::size_t kStoreBytes = 16u << 20;
+
+Keeping keeping_of(std::uint16_t kind) {
+  if (kind == kUntilTheNext) return Keeping::until_the_next;
+  return kind == kUntilItMayGo ? Keeping::until_it_may_go : Keeping::always;
+}
 }  // namespace
 
 Play::Play(const Scenario& scenario)
@@ -34,6 +42,8 @@ Play::Play(const Scenario& scenario)
   const bool moving = scenario.field.reach > 0;
   for (std::size_t i = 0; i < scenario.robots; ++i) {
     NodeConfig config = scenario.node;
+    config.keeping = keeping_of;
+    config.sealed = scenario.sealed;
     lives_[i].number = config.incarnation = kFirstLife + i;
     if (moving) config.group = SimNet::group();
     for (const auto& [a, b] : scenario.edges) {
@@ -42,7 +52,7 @@ Play::Play(const Scenario& scenario)
       if (b == i) config.peers.push_back(SimNet::address(a));
     }
     if (scenario.disks)
-      net_.add(config, std::make_unique<JournalDisk>(kStoreBytes));
+      net_.add(config, std::make_unique<LogDisk>(kStoreBytes, scenario.sync_polls));
     else
       net_.add(config, std::make_unique<NoDisk>(kStoreBytes));
   }
@@ -57,6 +67,7 @@ Play::Play(const Scenario& scenario)
     for (std::size_t i = 0; i < scenario.robots; ++i)
       if (i == 0 || random_.below(2) == 0) net_.connect(i, place);
   }
+  net_.on_applied = [this](std::size_t robot, const Record& record) { let_go(robot, record); };
   for (const Write& write : scenario.writes) plan(write);
   for (const Fault& fault : scenario.faults) plan(fault);
 }
@@ -65,9 +76,21 @@ void Play::at(Duration when, std::function<void()> what) { plan_.emplace(Instant
 
 void Play::plan(const Write& write) {
   at(write.at, [this, write] {
-    if (net_.runs(write.robot) && net_[write.robot].stopped_until <= net_.now())
-      net_.try_append(write.robot, write.lane, write.bytes);
+    if (!net_.runs(write.robot) || net_[write.robot].stopped_until > net_.now()) return;
+    std::uint32_t replaces = kNoSequence;
+    const LogId log{net_[write.robot].config.self, write.lane, net_[write.robot].config.incarnation};
+    const auto last = last_that_may_go_.find(log);
+    if (write.kind == kUntilItMayGo && last != last_that_may_go_.end()) replaces = last->second;
+    const auto id = net_.try_append(write.robot, write.lane, write.bytes, write.kind, replaces);
+    if (id && write.kind == kUntilItMayGo) last_that_may_go_[log] = id->seq;
   });
+}
+
+// As a daemon whose map does without what was replaced: sooner, or never.
+void Play::let_go(std::size_t robot, const Record& record) {
+  const auto& [log, seq] = record.id;
+  if (record.kind != kUntilItMayGo || record.seal.replaces >= seq || splitmix64(seq * 31 + robot) % 3 == 0) return;
+  net_.node(robot).let_go({log, record.seal.replaces});
 }
 
 void Play::plan(const Fault& fault) {
@@ -97,6 +120,10 @@ void Play::plan(const Fault& fault) {
       at(fault.at, [this, i, fault] {
         if (net_.runs(i)) net_.jump_clock(i, fault.lasts);
       });
+      break;
+    case Kind::full_disk:
+      at(fault.at, [this, i] { net_[i].disk->fill(true); });
+      at(end, [this, i] { net_[i].disk->fill(false); });
       break;
     case Kind::storm:
       at(fault.at, [this, fault] { net_.model().loss = fault.loss; });
@@ -213,6 +240,9 @@ void Play::peace() {
   for (std::size_t i = 1; i < scenario_.robots; ++i)
     if (net_.node(i).frontier() == net_.node(0).frontier() && watch_.set_hash(i) != watch_.set_hash(0))
       fail("equal frontiers, and not the same records");
+  for (std::size_t i = 0; i < scenario_.robots; ++i)
+    if (net_.runs(i)) watch_.look_at_bodies(i);
+  check();
 }
 
 void Play::converge(Instant until) {
@@ -231,14 +261,15 @@ void Play::converge(Instant until) {
 // robot, the robot is refused there. All that is promised is that this is counted, and that it ends with the hostile
 // one.
 bool Play::names_taken() {
-  if (hostile_ == nullptr || !scenario_.hostile_stays) return false;
+  if (hostile_ == nullptr || !scenario_.hostile_stays || scenario_.sealed) return false;
   bool taken = false;
   for (std::size_t i = 0; i < scenario_.robots; ++i)
     for (const NeighbourStatus& one : net_.node(i).neighbours()) {
       if (!one.alive || one.endpoint != SimNet::address(scenario_.robots)) continue;
       for (std::size_t k = 0; k < scenario_.robots; ++k) {
-        if (one.robot != net_[k].config.self || !net_.reaches(k, i)) continue;
-        taken = true;
+        if (one.robot != net_[k].config.self) continue;
+        taken = true;  // what others bring of its present life is refused, too
+        if (!net_.reaches(k, i)) continue;
         const Counters& counted = net_.node(i).counters();
         if (counted.of(Refusal::id_conflict) + counted.of(Refusal::second_path) == 0)
           fail(fmt::format("robot{} has somebody else for robot{} and does not say so", i, k));

@@ -29,6 +29,7 @@ class Play {
   void at(Duration when, std::function<void()> what);
   void until(Instant when);
   void plan(const Write& write);
+  void let_go(std::size_t robot, const Record& record);
   void plan(const Fault& fault);
   void divide(const Fault& fault, bool apart);
   void power_off(const Fault& fault);
@@ -54,6 +55,7 @@ class Play {
   Field field_;
   std::vector<Life> lives_;
   std::vector<unsigned> off_;  // by so many faults
+  std::map<LogId, std::uint32_t> last_that_may_go_;
   Hostile* hostile_ = nullptr;
   std::multimap<Instant, std::function<void()>> plan_;
   std::string failure_;

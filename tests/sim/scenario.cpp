@@ -90,6 +90,23 @@ std::size_t body_bytes(Random& random, std::uint8_t lane) {
       return random.below(64);
   }
 }
+
+void let_records_be_replaced(Random& random, Scenario& scenario) {
+  if (chance(random, 0.5)) return;
+  constexpr std::array kKinds{kAlways, kUntilTheNext, kUntilItMayGo, kUntilItMayGo};
+  for (Write& write : scenario.writes) write.kind = kKinds[random.below(kKinds.size())];
+}
+
+void use_disks(Random& random, Scenario& scenario) {
+  if (chance(random, 0.5)) scenario.sync_polls = static_cast<unsigned>(random.below(30));
+  if (!chance(random, 0.3)) return;
+  Fault full;
+  full.kind = Fault::Kind::full_disk;
+  full.robot = random.below(scenario.robots);
+  full.at = between(random, Duration{}, scenario.chaos);
+  full.lasts = between(random, milliseconds(10), scenario.chaos / 2);
+  scenario.faults.push_back(full);
+}
 }  // namespace
 
 Scenario scenario_of(std::uint64_t seed, const Size& size) {
@@ -113,6 +130,9 @@ Scenario scenario_of(std::uint64_t seed, const Size& size) {
     }
   for (std::size_t k = random.below(size.most_faults + 1); k > 0; --k)
     scenario.faults.push_back(fault_of(random, scenario));
+  let_records_be_replaced(random, scenario);
+  if (scenario.disks) use_disks(random, scenario);
+  scenario.sealed = chance(random, 0.5);
   return scenario;
 }
 

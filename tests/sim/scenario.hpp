@@ -8,11 +8,15 @@
 
 namespace onemap::comms::sim {
 
+// Kinds of records, by how long their bodies count.
+inline constexpr std::uint16_t kAlways = 1, kUntilTheNext = 2, kUntilItMayGo = 3;
+
 struct Write {
   Duration at{};
   std::size_t robot = 0;
   std::uint8_t lane = 0;
   std::size_t bytes = 0;
+  std::uint16_t kind = kAlways;
 };
 
 struct Fault {
@@ -24,7 +28,8 @@ struct Fault {
     forget_life,  // and the number of its life is an earlier one
     stop,         // its process does not run
     clock_jump,   // its clock goes ahead by `lasts`
-    storm         // most datagrams are lost, everywhere
+    storm,        // most datagrams are lost, everywhere
+    full_disk     // it takes nothing more
   };
   Kind kind{};
   Duration at{}, lasts{};
@@ -43,7 +48,9 @@ struct Scenario {
   Medium::Model air;
   Field::Model field;  // when its reach is not 0, `edges` is not used
   NodeConfig node;
-  bool disks = false;          // else records die with the process
+  bool disks = false;          // the daemon's log, else records die with the process
+  unsigned sync_polls = 0;     // looks at the disk that a sync takes
+  bool sealed = false;         // the team has a key
   bool hostile = false;        // somebody who lies is among them
   bool hostile_stays = false;  // after the faults, too
   std::vector<Write> writes;

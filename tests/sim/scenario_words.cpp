@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "sim/scenario.hpp"
 
 namespace onemap::comms::sim {
@@ -26,6 +28,8 @@ std::string name(Fault::Kind kind) {
       return "clock_jump";
     case Fault::Kind::storm:
       return "storm";
+    case Fault::Kind::full_disk:
+      return "full_disk";
   }
   return "?";
 }
@@ -49,8 +53,9 @@ std::string text_of(const Fault& fault) {
 std::string text_of(const Scenario& scenario) {
   const LinkModel& links = scenario.links;
   std::string text =
-      fmt::format("seed {}: {} robots, {}{}{} of faults, then peace\n", scenario.seed, scenario.robots,
-                  scenario.disks ? "with disks, " : "",
+      fmt::format("seed {}: {} robots, {}{}{}{} of faults, then peace\n", scenario.seed, scenario.robots,
+                  scenario.sealed ? "with a key, " : "",
+                  scenario.disks ? fmt::format("with disks ({} polls a sync), ", scenario.sync_polls) : "",
                   scenario.hostile ? scenario.hostile_stays ? "a hostile one that stays, " : "a hostile one, " : "",
                   fmt::format("{:.3f} s", to_seconds(scenario.chaos)));
   if (scenario.field.reach > 0)
@@ -63,10 +68,13 @@ std::string text_of(const Scenario& scenario) {
       "flipped {:.2f} %, bursts of {:.0f} ms every {:.0f} ms, {} bytes/s\n",
       100 * links.loss, 100 * links.duplication, ms(links.delay), ms(links.jitter), ms(links.delay_tail),
       100 * links.held_back, 100 * links.flipped, ms(links.burst_lasts), ms(links.burst_every), links.bytes_per_second);
-  text +=
-      fmt::format("  node: credit {}, reassembly {}, {} bytes/s, silent after {:.1f} s; air {} bytes/s; {} writes\n",
-                  scenario.node.credit_bytes, scenario.node.reassembly_bytes, scenario.node.bytes_per_second,
-                  to_seconds(scenario.node.neighbour_timeout), scenario.air.bytes_per_second, scenario.writes.size());
+  text += fmt::format(
+      "  node: credit {}, reassembly {}, {} bytes/s, silent after {:.1f} s; air {} bytes/s; {} writes, {} of "
+      "kinds that are replaced\n",
+      scenario.node.credit_bytes, scenario.node.reassembly_bytes, scenario.node.bytes_per_second,
+      to_seconds(scenario.node.neighbour_timeout), scenario.air.bytes_per_second, scenario.writes.size(),
+      std::count_if(scenario.writes.begin(), scenario.writes.end(),
+                    [](const Write& write) { return write.kind != kAlways; }));
   for (const Fault& fault : scenario.faults) text += "  " + text_of(fault) + "\n";
   return text;
 }

@@ -123,6 +123,7 @@ void SimNet::restart(std::size_t i, NodeConfig config) {
 void SimNet::switch_off(std::size_t i) {
   Robot& robot = robots_[i];
   robot.on = false;
+  robot.disk->die();
   robot.end();
   robot.store.reset();
   robot.applied.clear();
@@ -172,13 +173,14 @@ RecordId SimNet::append(std::size_t i, std::uint8_t lane, std::size_t bytes, std
   return try_append(i, lane, bytes, kind).value();
 }
 
-std::optional<RecordId> SimNet::try_append(std::size_t i, std::uint8_t lane, std::size_t bytes, std::uint16_t kind) {
+std::optional<RecordId> SimNet::try_append(std::size_t i, std::uint8_t lane, std::size_t bytes, std::uint16_t kind,
+                                           std::uint32_t replaces) {
   std::vector<std::uint8_t> body(bytes);
   for (auto& byte : body) byte = static_cast<std::uint8_t>(random_.next() >> 56);
-  const auto id = node(i).append(clock_of(robots_[i]), lane, kind, body);
+  const auto id = node(i).append(clock_of(robots_[i]), lane, kind, body, replaces);
   if (id.ok()) {
     useful_bytes_ += bytes;
-    if (witness != nullptr) witness->appended(i, {*id, kind, std::move(body)});
+    if (witness != nullptr) witness->appended(i, {*id, kind, std::move(body), {}, {}});
   }
   settle(i);
   return id.ok() ? std::optional(*id) : std::nullopt;
@@ -272,6 +274,7 @@ void SimNet::settle(std::size_t i) {
     std::shared_ptr<const Record> record;
     while (robot.node->next_applied(record)) {
       if (witness != nullptr) witness->applied(i, *record);
+      if (on_applied) on_applied(i, *record);
       robot.applied.push_back(record);
     }
     next = robot.next_deadline();

@@ -124,7 +124,8 @@ class SimNet {
 
   RecordId append(std::size_t i, std::uint8_t lane, std::size_t bytes, std::uint16_t kind = 1);
   // As a daemon that has something to write; nothing when its store has no room.
-  std::optional<RecordId> try_append(std::size_t i, std::uint8_t lane, std::size_t bytes, std::uint16_t kind = 1);
+  std::optional<RecordId> try_append(std::size_t i, std::uint8_t lane, std::size_t bytes, std::uint16_t kind = 1,
+                                     std::uint32_t replaces = kNoSequence);
   void inject(std::size_t to, const Endpoint& from, std::span<const std::uint8_t> bytes);
 
   // Runs until `done` (looked at after every event) or for at most `limit`. True: done.
@@ -138,6 +139,7 @@ class SimNet {
   std::size_t largest_datagram() const { return largest_; }
   // What everything that arrives is shown to, before the node sees it.
   std::function<void(std::size_t to, const Endpoint& from, std::span<const std::uint8_t>)> tap;
+  std::function<void(std::size_t robot, const Record&)> on_applied;  // what a robot does with what it was given out
   Witness* witness = nullptr;
 
  private:

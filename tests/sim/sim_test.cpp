@@ -81,12 +81,13 @@ TEST(SimDisk, KeepsWhatWasSyncedAndLosesATailAnywhere) {
   std::set<std::uint32_t> left;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     Random random(seed);
-    JournalDisk disk(1u << 20);
+    LogDisk disk(1u << 20, 0);
     {
       auto store = disk.open();
       for (std::uint32_t seq = 0; seq < 3; ++seq) ASSERT_TRUE(store->append(record(seq, 50)));
       ASSERT_TRUE(store->sync());
       for (std::uint32_t seq = 3; seq < 8; ++seq) ASSERT_TRUE(store->append(record(seq, 50)));
+      disk.die();
     }
     disk.crash(random);
     auto store = disk.open();

@@ -35,11 +35,21 @@ TEST_P(Seeds, AllIsWell) {
 }
 INSTANTIATE_TEST_SUITE_P(All, Seeds, testing::Range<std::uint64_t>(1, 1 + kShards));
 
+// As it was before teams had keys, disks were full and records were replaced.
+Scenario plain_of(std::uint64_t seed) {
+  Scenario scenario = scenario_of(seed);
+  scenario.sealed = false;
+  scenario.sync_polls = 0;
+  for (Write& write : scenario.writes) write.kind = kAlways;
+  std::erase_if(scenario.faults, [](const Fault& fault) { return fault.kind == Fault::Kind::full_disk; });
+  return scenario;
+}
+
 // What earlier versions did wrong, by the seed that found it.
 TEST(FoundSeeds, StayWell) {
-  for (const std::uint64_t seed : {156u, 198u, 372u, 395u, 416u, 518u, 596u, 603u,  672u,  785u,
-                                   869u, 881u, 37u,  254u, 536u, 678u, 856u, 1673u, 2115u, 2981u})
-    expect_well(scenario_of(seed));
+  for (const std::uint64_t seed : {156u, 198u, 372u, 395u, 416u, 518u, 596u,  603u,  672u,  785u,  869u,
+                                   881u, 37u,  254u, 536u, 678u, 856u, 1673u, 2115u, 2981u, 5161u, 6018u})
+    expect_well(plain_of(seed));
 }
 
 // One property at a time, where the invariants must not break whatever else chance does.

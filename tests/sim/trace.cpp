@@ -1,6 +1,7 @@
 // What goes over the net, in words.
 #include <fmt/format.h>
 
+#include "session/sealed_wire.hpp"
 #include "sim/play.hpp"
 
 namespace onemap::comms::sim {
@@ -42,10 +43,38 @@ struct Words {
     return "another frame";
   }
 };
+
+// What can be seen of it without a key.
+std::string sealed_words(std::span<const std::uint8_t> bytes) {
+  using sealed::Type;
+  Type type{};
+  if (sealed::read_head(bytes, type) != Refusal::count) return "no sealed datagram";
+  const auto index = [&](std::size_t at) { return fmt::format("{:08x}", sealed::index_at(bytes, at)); };
+  switch (type) {
+    case Type::hello:
+      return "hello of " + index(4);
+    case Type::answer:
+      return "answer of " + index(4) + " to " + index(8);
+    case Type::proof:
+      return "proof of " + index(4) + " to " + index(8);
+    case Type::cookie:
+      return "cookie to " + index(4);
+    case Type::frames:
+      return fmt::format("{} bytes of frames to {}, number {}", bytes.size(), index(4), sealed::counter_of(bytes));
+    case Type::own:
+      return "own word to " + index(4);
+    case Type::group:
+      return "group beacon";
+  }
+  return "?";
+}
 }  // namespace
 
 void Play::tell(const Trace& trace) {
   net_.tap = [this, trace](std::size_t to, const Endpoint& from, std::span<const std::uint8_t> bytes) {
+    if (scenario_.sealed && to < scenario_.robots)
+      return trace(fmt::format("{:10.6f} s  {}.{} to {}: {}", to_seconds(net_.now().time_since_epoch()) - 1,
+                               from.address[14], from.address[15], to, sealed_words(bytes)));
     wire::Decoder decoder;
     std::string line = fmt::format("{:10.6f} s  {}.{} to {}: ", to_seconds(net_.now().time_since_epoch()) - 1,
                                    from.address[14], from.address[15], to);

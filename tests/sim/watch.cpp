@@ -5,6 +5,8 @@
 #include <algorithm>
 
 #include "comms/frontier.hpp"
+#include "comms/record_head.hpp"
+#include "session/sealed_wire.hpp"
 
 namespace onemap::comms::sim {
 
@@ -14,9 +16,11 @@ constexpr std::uint64_t kLookAtFlightsEvery = 4;
 constexpr std::size_t kManyLogs = 64;
 constexpr std::uint32_t kMostPushes = 4;  // of an own control or pose record
 
+// Of what it says; the same when its body was dropped.
 std::uint64_t hash_of(const Record& record) {
-  return wire::body_hash(record.kind, record.body) * 0x9E3779B97F4A7C15u +
-         entry_digest(record.id.log, record.id.seq + 1);
+  const RecordHead head = head_of(record);
+  return wire::body_hash(head.kind, head.body) * 0x9E3779B97F4A7C15u + entry_digest(record.id.log, record.id.seq + 1) +
+         head.bytes;
 }
 std::string text(const RecordId& id) {
   return fmt::format("{}/{}/{} #{}", id.log.robot.name(), id.log.incarnation, id.log.lane, id.seq);
@@ -41,7 +45,7 @@ void Watch::began(std::size_t robot) {
 
 void Watch::came_back(std::size_t robot) {
   const VersionVector& here = net_[robot].store->frontier();
-  for (const auto& [id, hash] : written_) {
+  for (const RecordId& id : promised_) {
     if (id.log.robot != net_[robot].config.self || id.log.incarnation < seen(robot).wiped_below) continue;
     const auto log = here.find(id.log);
     ++looks_;
@@ -71,6 +75,29 @@ void Watch::applied(std::size_t robot, const Record& record) {
   const auto true_one = written_.find(record.id);
   if (true_one != written_.end() && true_one->second != hash)
     broke(robot, fmt::format("record {} is not what its author wrote", text(record.id)));
+  const bool own_one = record.id.log.robot == net_[robot].config.self;
+  if (own_one && true_one != written_.end()) {
+    told_.insert(record.id);
+    if (net_[robot].disk->works()) promised_.insert(record.id);
+  } else if (true_one != written_.end() && !told_.contains(record.id)) {
+    broke(robot, fmt::format("record {} is here, and its author's disk has not promised to keep it", text(record.id)));
+  }
+}
+
+// What has no body was replaced by a later record of its log and kind.
+void Watch::look_at_bodies(std::size_t robot) {
+  const KeepingOf& keeping = net_[robot].config.keeping;
+  std::set<RecordId> needless;
+  std::vector<std::pair<RecordId, std::uint16_t>> dropped;
+  net_[robot].store->scan([&](const auto& record) {
+    ++looks_;
+    const auto& [log, seq] = record->id;
+    if (record->seal.replaces < seq) needless.insert({log, record->seal.replaces});
+    if (record->dropped) dropped.emplace_back(record->id, record->kind);
+  });
+  for (const auto& [id, kind] : dropped)
+    if (!needless.contains(id) || keeping(kind) == Keeping::always)
+      broke(robot, fmt::format("record {} has no body, and nothing took its place", text(id)));
 }
 
 void Watch::moved(std::size_t robot) {
@@ -83,7 +110,10 @@ void Watch::moved(std::size_t robot) {
 void Watch::look_at_frontier(std::size_t robot, Seen& here) {
   ++looks_;
   const Node& node = *net_[robot].node;
-  const VersionVector& now = node.frontier();
+  VersionVector now = node.frontier();
+  for (auto& [log, count] : now)  // what its disk has not promised to keep is not there yet
+    if (log.robot == net_[robot].config.self) count = std::min(count, here.next[log]);
+  std::erase_if(now, [](const auto& entry) { return entry.second == 0; });
   here.digest = node.frontier_digest();
   const auto [set, first] = sets_.emplace(here.digest, here.set_hash);
   if (!first && set->second != here.set_hash) broke(robot, "equal frontiers, and not the same records");
@@ -110,8 +140,8 @@ void Watch::look_at_flights(std::size_t robot, const Seen& here) {
       broke(robot, fmt::format("{} bytes are asked of {}, its credit is {}", neighbour.asked_bytes,
                                neighbour.robot.name(), most));
     const auto other = here.others.find(neighbour.endpoint);
-    const std::size_t allowed =
-        other == here.others.end() ? 0 : std::min<std::size_t>(other->second.credit, kMaxServeBytes);
+    std::size_t allowed = other == here.others.end() ? 0 : std::min<std::size_t>(other->second.credit, kMaxServeBytes);
+    if (config.sealed) allowed = kMaxServeBytes;  // what it asked for cannot be read
     if (neighbour.queued_bytes > allowed)
       broke(robot, fmt::format("{} bytes wait for {}, whose credit is {}", neighbour.queued_bytes,
                                neighbour.robot.name(), allowed));
@@ -122,6 +152,7 @@ void Watch::arrives(std::size_t to, const Endpoint& from, std::span<const std::u
   Seen& here = seen(to);
   Stranger& other = here.others[from];
   other.in += bytes.size();
+  if (net_[to].config.sealed) return;
   if (decoder_.decode(bytes) != Refusal::count) return;
   const wire::Header& header = decoder_.header();
   if (header.type != wire::DatagramType::unicast || header.receiver != net_[to].config.incarnation) return;
@@ -150,8 +181,10 @@ void Watch::sent(std::size_t from, const OutgoingDatagram& datagram) {
   Stranger& other = here.others[datagram.to];
   const bool configured = std::find(peers.begin(), peers.end(), datagram.to) != peers.end();
   other.out += datagram.size;
+  if (!configured && !other.proved) other.proved = lives_there(from, datagram.to);
   if (!configured && !other.proved && other.out > other.in)
     broke(from, fmt::format("{} bytes to an address that sent {} and proved nothing", other.out, other.in));
+  if (net_[from].config.sealed) return look_at_seal(from, here, datagram);
   if (decoder_.decode(datagram.bytes()) != Refusal::count) return broke(from, "it sends what nobody can read");
   for (const wire::Frame& frame : decoder_.frames()) {
     const auto* data = std::get_if<wire::Data>(&frame);
@@ -162,6 +195,25 @@ void Watch::sent(std::size_t from, const OutgoingDatagram& datagram) {
       broke(from, fmt::format("fragment {} of {} is sent {} times and was asked for {} times", data->fragment,
                               text(data->id), owes.sent, owes.asked));
   }
+}
+
+// Under a session, which proves the address; or found by multicast, where a greeting is the only way to ask.
+bool Watch::lives_there(std::size_t robot, const Endpoint& at) const {
+  if (!net_[robot].config.sealed) return false;
+  if (net_[robot].config.group) return true;
+  const auto neighbours = net_[robot].node->neighbours();
+  return std::ranges::any_of(neighbours, [&](const auto& one) { return one.alive && one.endpoint == at; });
+}
+
+// Two datagrams under one key and number would give both away.
+void Watch::look_at_seal(std::size_t from, Seen& here, const OutgoingDatagram& datagram) {
+  const auto bytes = datagram.bytes();
+  if (bytes.size() < sealed::kOverheadBytes || bytes[0] != sealed::kMagicAndVersion)
+    return broke(from, "it sends what is not sealed");
+  if (bytes[1] != static_cast<std::uint8_t>(sealed::Type::frames)) return;
+  const std::pair number(sealed::index_at(bytes, sealed::kHeadBytes), sealed::counter_of(bytes));
+  if (!here.numbers.insert(number).second)
+    broke(from, fmt::format("number {} of session {} is used twice", number.second, number.first));
 }
 
 }  // namespace onemap::comms::sim

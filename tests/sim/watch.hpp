@@ -28,6 +28,7 @@ class Watch final : public Witness {
   std::uint64_t set_hash(std::size_t robot) const { return robots_[robot].set_hash; }
   // Its power came back: what it wrote, and said was kept, is on its disk.
   void came_back(std::size_t robot);
+  void look_at_bodies(std::size_t robot);  // of all that its store holds
   void wiped(std::size_t robot) {
     std::uint64_t& below = seen(robot).wiped_below;
     below = std::max(below, net_[robot].config.incarnation + 1);
@@ -60,18 +61,22 @@ class Watch final : public Witness {
     std::uint64_t moves = 0, changes = 0;
     std::map<Endpoint, Stranger> others;
     std::map<std::pair<Endpoint, Fragment>, Owes> owed;
+    std::set<std::pair<std::uint32_t, std::uint64_t>> numbers;  // of sessions, that were used
   };
   void broke(std::size_t robot, const std::string& what);
   Seen& seen(std::size_t robot);
   void look_at_frontier(std::size_t robot, Seen& seen);
   void look_at_flights(std::size_t robot, const Seen& seen);
+  bool lives_there(std::size_t robot, const Endpoint& at) const;
+  void look_at_seal(std::size_t from, Seen& here, const OutgoingDatagram& datagram);
   void note_wants(Seen& seen, Stranger& other, const Endpoint& from);
 
   SimNet& net_;
   std::string what_;
   std::uint64_t looks_ = 0;
   std::vector<Seen> robots_;
-  std::map<RecordId, std::uint64_t> written_;              // by honest authors: what it was
+  std::map<RecordId, std::uint64_t> written_;  // by honest authors: what it was
+  std::set<RecordId> told_, promised_;         // of these: given out by their authors; and their disks did work then
   std::unordered_map<std::uint64_t, std::uint64_t> sets_;  // digest of a frontier -> the set that it means
   wire::Decoder decoder_;
 };

@@ -10,8 +10,8 @@ namespace onemap::comms {
 namespace {
 constexpr std::uint32_t kPushedAhead = 64;  // of the first that is missing
 constexpr std::size_t kMaxPushed = 1024;    // fetches, with what was asked for
-constexpr auto kStoreRetry = std::chrono::seconds(1), kSpoiltRetry = std::chrono::seconds(1);
-constexpr unsigned kMostDoublings = 3;
+constexpr auto kStoreRetry = std::chrono::milliseconds(1000), kSpoiltRetry = std::chrono::milliseconds(500);
+constexpr unsigned kMostDoublings = 4;
 }  // namespace
 
 void Fetcher::on_data(Instant now, Peer& from, const wire::Data& data) {

@@ -62,9 +62,11 @@ bool Initiation::prove(Instant now, Bytes answer, const Greeting& greeting, cons
   std::ranges::copy(last_mac(answer), answer_mac_.begin());
   made_.emplace(now, Transport::Ends{noise::Role::initiator, index_, theirs, greeting}, handshake_);
   gap_ = kFirstGap;
-  next_ = now;
+  begun_ = next_ = now;  // the other side has as long to answer this as it had for the hello
   return true;
 }
+
+void Initiation::is_there(Instant now) { next_ = std::min(next_, std::max(now, said_ + kFirstGap)); }
 
 bool Initiation::answered_by(Bytes answer) const {
   return made_ && equal_in_constant_time(last_mac(answer), answer_mac_);
@@ -79,8 +81,9 @@ bool Initiation::take_cookie(Bytes reply, const TeamSecrets& team, Mac& cookie) 
 }
 
 Bytes Initiation::take(Instant now, const std::optional<Mac>& cookie) {
+  said_ = now;
   next_ = now + gap_;
-  gap_ = std::min(2 * gap_, kLongestGap);
+  gap_ = std::min(2 * gap_, made_ ? kLongestProofGap : kLongestGap);
   if (made_) return proof_;
   if (cookie) pay(hello_, *cookie);
   return hello_;

@@ -28,7 +28,8 @@ noise::Handshake begin_handshake(noise::Role role, const OwnSide& own, const Tea
 class Initiation {
  public:
   static constexpr Duration kAttempt = std::chrono::seconds(5);
-  static constexpr Duration kFirstGap = std::chrono::milliseconds(250), kLongestGap = std::chrono::seconds(4);
+  static constexpr Duration kFirstGap = std::chrono::milliseconds(250), kLongestGap = std::chrono::seconds(4),
+                            kLongestProofGap = std::chrono::seconds(1);
 
   Initiation(Instant now, std::uint32_t index, const OwnSide& own, const TeamSecrets& team, const RandomBytes& random);
 
@@ -49,11 +50,13 @@ class Initiation {
   // What is to be sent at next(), hello or proof; counts as sent.
   Bytes take(Instant now, const std::optional<Mac>& cookie);
   void send_soon(Instant now) { next_ = now; }
+  void is_there(Instant now);  // it was heard: what was said last was lost, if that was a while ago
   void once_is_enough() { next_ = begun_ + kAttempt; }  // nobody answered before: this hello is not repeated
 
  private:
   Refusal read(Bytes answer, noise::Handshake& trial, Greeting& greeting) const;
   Instant begun_, next_;
+  Instant said_{};
   Duration gap_ = kFirstGap;
   std::uint32_t index_;
   noise::Handshake handshake_;

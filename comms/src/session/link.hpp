@@ -14,6 +14,7 @@ struct Link {
   std::optional<Initiation> initiation;
   unsigned attempts = 0;  // in vain, in a row
   Instant not_before{};   // no handshake is begun earlier
+  Instant met_again{};    // the last one that was begun because there a session is spoken that is not here
   Instant wanted{};       // the node had something for there that no session could carry
   Instant spoke{};        // a datagram was sealed
   Instant heard{};        // an authentic one came
