@@ -37,7 +37,7 @@ struct Guard::Impl {
   void on_cookie(const Endpoint& from, Bytes bytes);
   void on_frames(const Endpoint& from, Bytes bytes);
   void on_own(const Endpoint& from, Bytes bytes);
-  void meet_again(const Endpoint& from);
+  void meet_again(const Endpoint& from, std::size_t bytes);
   void on_group(const Endpoint& from, Bytes bytes);
   void make_room_for(const Endpoint& from);
   void authentic(Links::iterator link, std::uint32_t index);

@@ -157,7 +157,7 @@ void Guard::Impl::on_frames(const Endpoint& from, Bytes bytes) {
   if (verdict != Refusal::count) {
     ++counters.datagrams_received;
     counters.bytes_received += bytes.size();
-    if (verdict == Refusal::unknown_session) meet_again(from);
+    if (verdict == Refusal::unknown_session) meet_again(from, bytes.size());
     return refuse(verdict);
   }
   authentic(link, index);
@@ -170,12 +170,16 @@ void Guard::Impl::on_frames(const Endpoint& from, Bytes bytes) {
 }
 
 // Somebody whom we greet, or who should be there, speaks in a session that is not here (any longer): one that we lost,
-// or that we never heard had been made. Anybody can say so, so it is worth a greeting a second.
-void Guard::Impl::meet_again(const Endpoint& from) {
+// or that we never heard had been made. Anybody can say so, so it is worth a greeting a second, and where no peer was
+// configured to be no more bytes than came.
+void Guard::Impl::meet_again(const Endpoint& from, std::size_t bytes) {
   constexpr auto kGap = std::chrono::seconds(1);
   const auto at = links.find(from);
   if (at == links.end()) return;
   Link& link = at->second;
+  link.unknown_bytes += bytes;
+  if (link.unknown_bytes < kHelloBytes && !node.is_configured(from)) return;
+  link.unknown_bytes = 0;
   if (link.initiation && !link.initiation->over(now)) return link.initiation->is_there(now);
   if (now < link.met_again + kGap) return;
   link.met_again = now;

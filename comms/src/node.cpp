@@ -322,6 +322,11 @@ std::map<RobotId, Presence> Node::presence(Instant now) const {
   return out;
 }
 
+bool Node::is_configured(const Endpoint& at) const {
+  const auto peer = impl_->peers.find(at);
+  return peer != impl_->peers.end() && peer->second.configured;
+}
+
 std::vector<Endpoint> Node::peers_never_heard() const {
   std::vector<Endpoint> out;
   for (const auto& [endpoint, peer] : impl_->peers)

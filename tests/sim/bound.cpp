@@ -51,9 +51,10 @@ Duration Play::bound() const {
   double rate = static_cast<double>(scenario_.node.bytes_per_second);
   if (scenario_.links.bytes_per_second > 0)
     rate = std::min(rate, static_cast<double>(scenario_.links.bytes_per_second));
-  // Jitter beyond the queue that the rate control aims at looks like a queue to it, and it may go down to its floor.
-  constexpr Duration kQueueAimedAt = std::chrono::milliseconds(15);
-  if (scenario_.links.jitter + 2 * scenario_.links.delay_tail > kQueueAimedAt)
+  // Jitter near the queue that the rate control aims at, 15 ms, looks like a queue to it, and it may go down to its
+  // floor.
+  constexpr Duration kLikeAQueue = std::chrono::milliseconds(12);
+  if (scenario_.links.jitter + 2 * scenario_.links.delay_tail > kLikeAQueue)
     rate = std::min(rate, static_cast<double>(scenario_.node.link_least_bytes_per_second));
   const double arriving = 1.0 - scenario_.links.loss;
   double longest = 0.0;

@@ -16,10 +16,15 @@ constexpr auto kStep = milliseconds(100);
 // it stays: what it claimed to hold is asked of it, and counts that were never true have to be found out.
 // Who has no key can pass on a handshake between two who then speak to each other through it, until they notice.
 constexpr auto kAfterAHandshakeThatWasPassedOn = seconds(3);
+// Of an earlier life nobody believes a greeting, so the others' are waited for, and half a second more by the higher
+// id.
+constexpr auto kAfterAForgottenLife = seconds(1);
 constexpr auto kAfterTheHostile = seconds(12), kBesideTheHostile = seconds(30);
 
 Duration allowed_for(const Scenario& scenario) {
-  if (!scenario.hostile) return Duration{};
+  const auto forgets = [](const Fault& fault) { return fault.kind == Fault::Kind::forget_life; };
+  if (!scenario.hostile)
+    return scenario.sealed && std::ranges::any_of(scenario.faults, forgets) ? kAfterAForgottenLife : Duration{};
   if (scenario.sealed) return kAfterAHandshakeThatWasPassedOn;
   return scenario.hostile_stays ? kBesideTheHostile : kAfterTheHostile;
 }

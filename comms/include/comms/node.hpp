@@ -180,6 +180,7 @@ class Node {
   // All robots that count but those in `without` carry these flags, this robot's map digest and its frontier digest.
   bool team_agrees(std::uint8_t flags, const std::set<RobotId>& without) const;
 
+  bool is_configured(const Endpoint& at) const;     // one of NodeConfig::peers
   std::vector<Endpoint> peers_never_heard() const;  // configured ones
   std::optional<IdConflict> id_conflict() const;    // the latest
   // Neighbours say that they hold records of a later life of this robot than the present one: begin a new life after

@@ -12,12 +12,13 @@ namespace onemap::comms {
 struct Link {
   std::optional<Transport> current, previous;  // the previous one takes what is still on its way
   std::optional<Initiation> initiation;
-  unsigned attempts = 0;  // in vain, in a row
-  Instant not_before{};   // no handshake is begun earlier
-  Instant met_again{};    // the last one that was begun because there a session is spoken that is not here
-  Instant wanted{};       // the node had something for there that no session could carry
-  Instant spoke{};        // a datagram was sealed
-  Instant heard{};        // an authentic one came
+  unsigned attempts = 0;          // in vain, in a row
+  Instant not_before{};           // no handshake is begun earlier
+  Instant met_again{};            // the last one that was begun because there a session is spoken that is not here
+  std::size_t unknown_bytes = 0;  // of such sessions came since
+  Instant wanted{};               // the node had something for there that no session could carry
+  Instant spoke{};                // a datagram was sealed
+  Instant heard{};                // an authentic one came
   std::optional<Mac> cookie;
   Instant cookie_until{};
   Mac proof_mac{};  // of the proof that made the current session
