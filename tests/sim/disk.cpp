@@ -44,7 +44,7 @@ std::unique_ptr<LogStore> LogDisk::open() {
   disk_.fault = DiskFault::none;
   DiskStoreConfig config;
   config.budget_bytes = budget_bytes_;
-  config.index_bytes = 64u << 10;
+  config.index_bytes = 512u << 10;  // each log takes some of its own, and 100 robots have hundreds
   config.cache_bytes = config.waiting_bytes = 256u << 10;
   auto store = DiskStore::open(*late_, config);
   if (!store) throw std::runtime_error(store.error().text());

@@ -304,6 +304,14 @@ bool Play::equal() const {
   return true;
 }
 
+// What that robot says of it.
+std::string Play::why_missing(std::size_t robot) const {
+  const Node& node = net_.node(robot);
+  const std::string full = node.store_full();
+  return fmt::format(", which knows of {} more that neighbours have{}{}", node.records_missing(),
+                     full.empty() ? "" : ": ", full);
+}
+
 std::string Play::difference() const {
   for (std::size_t i = 0; i < scenario_.robots; ++i) {
     if (!net_.runs(i)) return fmt::format("robot{} is off", i);
@@ -313,8 +321,8 @@ std::string Play::difference() const {
         const auto at = other.find(log);
         const std::uint32_t there = at == other.end() ? 0 : at->second;
         if (there < count)
-          return fmt::format("of {}/{}/{} robot{} holds {} and robot{} {}", log.robot.name(), log.incarnation, log.lane,
-                             i, count, k, there);
+          return fmt::format("of {}/{}/{} robot{} holds {} and robot{} {}{}", log.robot.name(), log.incarnation,
+                             log.lane, i, count, k, there, why_missing(k));
       }
   }
   return "nothing";

@@ -41,6 +41,7 @@ class Play {
   void converge(Instant until);
   bool names_taken();
   bool equal() const;  // the honest robots
+  std::string why_missing(std::size_t robot) const;
   std::string difference() const;
   bool honest(std::size_t i) const { return i < scenario_.robots; }
   void check();
