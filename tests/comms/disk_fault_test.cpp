@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "memory_disk.hpp"
+#include "passing_disk.hpp"
 #include "sim_net.hpp"
 #include "small_store.hpp"
 
@@ -273,25 +274,10 @@ TEST(DiskStoreFaults, NobodyHearsOfWhatASyncDidNotKeep) {
 
 // Writes that succeed and syncs that do not: what waits for a promise stays within its memory.
 TEST(DiskStoreFaults, SyncsThatNeverSucceedDoNotFillTheMemory) {
-  class NeverSyncs final : public Disk {
-   public:
-    explicit NeverSyncs(MemoryDisk& disk) : disk_(disk) {}
-    std::optional<std::vector<std::string>> list() override { return disk_.list(); }
-    std::optional<std::uint64_t> size(const std::string& name) override { return disk_.size(name); }
-    std::optional<std::size_t> read(const std::string& name, std::uint64_t at, std::span<std::uint8_t> into) override {
-      return disk_.read(name, at, into);
-    }
-    DiskFault write(const std::string& name, std::uint64_t at, std::span<const std::uint8_t> bytes) override {
-      return disk_.write(name, at, bytes);
-    }
-    DiskFault cut(const std::string& name, std::uint64_t size) override { return disk_.cut(name, size); }
-    DiskFault remove(const std::string& name) override { return disk_.remove(name); }
-    DiskFault rename(const std::string& name, const std::string& to) override { return disk_.rename(name, to); }
+  struct NeverSyncs final : test::PassingDisk {
+    using PassingDisk::PassingDisk;
     void begin_sync(const std::string&) override {}
     std::optional<DiskFault> synced(bool) override { return DiskFault::failing; }
-
-   private:
-    MemoryDisk& disk_;
   };
   MemoryDisk disk;
   NeverSyncs failing(disk);

@@ -4,17 +4,10 @@
 #include "support/guarded.hpp"
 #include "support/sim_net.hpp"
 
-namespace onemap::comms {
+namespace onemap::comms::sim {
 namespace {
 
 using namespace std::chrono_literals;
-using sim::at;
-using sim::beacon_of;
-using sim::Datagram;
-using sim::Guarded;
-using sim::kTeam;
-using sim::OtherSide;
-using sim::SimNet;
 
 TEST(GuardHostile, GarbageOfEveryShapeGetsSilence) {
   Guarded robot;
@@ -198,4 +191,4 @@ TEST(GuardHostile, AFloodOfGarbageChangesNothingBetweenHonestRobots) {
 }
 
 }  // namespace
-}  // namespace onemap::comms
+}  // namespace onemap::comms::sim

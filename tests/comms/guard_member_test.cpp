@@ -5,16 +5,10 @@
 
 #include "support/guarded.hpp"
 
-namespace onemap::comms {
+namespace onemap::comms::sim {
 namespace {
 
 using namespace std::chrono_literals;
-using sim::at;
-using sim::beacon_of;
-using sim::Datagram;
-using sim::Guarded;
-using sim::kTeam;
-using sim::OtherSide;
 
 TEST(GuardMember, EveryFlippedBitOfASealedDatagramIsSeen) {
   Guarded robot;
@@ -163,4 +157,4 @@ TEST(GuardMember, AFullTableTakesNobodyInAndLosesNobody) {
 }
 
 }  // namespace
-}  // namespace onemap::comms
+}  // namespace onemap::comms::sim

@@ -5,17 +5,10 @@
 
 #include "support/guarded.hpp"
 
-namespace onemap::comms {
+namespace onemap::comms::sim {
 namespace {
 
 using namespace std::chrono_literals;
-using sim::at;
-using sim::beacon_of;
-using sim::Datagram;
-using sim::group_beacon;
-using sim::Guarded;
-using sim::kTeam;
-using sim::OtherSide;
 
 const Endpoint kHome = at(100), kElsewhere = at(300);
 const Endpoint kGroup = Endpoint::ipv4(239, 1, 1, 1, 7000);
@@ -130,4 +123,4 @@ TEST(HostileTable, GroupDatagrams) {
 }
 
 }  // namespace
-}  // namespace onemap::comms
+}  // namespace onemap::comms::sim

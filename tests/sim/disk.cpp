@@ -3,36 +3,25 @@
 #include <stdexcept>
 
 #include "comms/memory_store.hpp"
+#include "support/passing_disk.hpp"
 
 namespace onemap::comms::sim {
 
 std::unique_ptr<LogStore> NoDisk::open() { return std::make_unique<MemoryStore>(budget_bytes_); }
 
-class LogDisk::Late final : public Disk {
+class LogDisk::Late final : public test::PassingDisk {
  public:
-  Late(MemoryDisk& disk, unsigned polls) : disk_(disk), polls_(polls) {}
-  std::optional<std::vector<std::string>> list() override { return disk_.list(); }
-  std::optional<std::uint64_t> size(const std::string& name) override { return disk_.size(name); }
-  std::optional<std::size_t> read(const std::string& name, std::uint64_t at, std::span<std::uint8_t> into) override {
-    return disk_.read(name, at, into);
-  }
-  DiskFault write(const std::string& name, std::uint64_t at, std::span<const std::uint8_t> bytes) override {
-    return disk_.write(name, at, bytes);
-  }
-  DiskFault cut(const std::string& name, std::uint64_t size) override { return disk_.cut(name, size); }
-  DiskFault remove(const std::string& name) override { return disk_.remove(name); }
-  DiskFault rename(const std::string& name, const std::string& to) override { return disk_.rename(name, to); }
+  Late(MemoryDisk& disk, unsigned polls) : PassingDisk(disk), polls_(polls) {}
   void begin_sync(const std::string& name) override {
     left_ = polls_;
-    disk_.begin_sync(name);
+    PassingDisk::begin_sync(name);
   }
   std::optional<DiskFault> synced(bool wait) override {
     if (!wait && left_ > 0) return --left_, std::nullopt;
-    return disk_.synced(wait);
+    return PassingDisk::synced(wait);
   }
 
  private:
-  MemoryDisk& disk_;
   unsigned polls_, left_ = 0;
 };
 
