@@ -46,6 +46,8 @@ struct Host {
   }
   // It places nearly every frame of the next hundred.
   void expect_to_track() {
+    // A daemon speaks to its peers before its camera is open, and writes its first status after that.
+    ASSERT_TRUE(test::wait_until([&] { return robot->status().is_object(); }, 60s)) << robot->log();
     const auto first = robot->status();
     ASSERT_TRUE(first.is_object());
     const auto after = [&](const char* key) { return robot->status(key, 0) - first.value(key, 0); };
