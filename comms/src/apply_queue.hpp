@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "hal/base/record.hpp"
+#include "memory/memory.hpp"
 
 namespace onemap::comms {
 
@@ -10,6 +11,7 @@ namespace onemap::comms {
 // at the start costs a place a log.
 class ApplyQueue {
  public:
+  explicit ApplyQueue(Memory& memory = heap()) : ranges_(&memory) {}
   void push(const LogId& log, std::uint32_t first, std::uint32_t end) {
     if (!ranges_.empty() && ranges_.back().log == log && ranges_.back().end == first)
       ranges_.back().end = end;
@@ -29,7 +31,7 @@ class ApplyQueue {
     LogId log;
     std::uint32_t first = 0, end = 0;
   };
-  std::deque<Range> ranges_;
+  std::pmr::deque<Range> ranges_;
 };
 
 }  // namespace onemap::comms

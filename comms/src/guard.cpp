@@ -39,10 +39,11 @@ bool same_robot(const Transport& a, const Transport& b) { return a.peer() == b.p
 Guard::Impl::Impl(GuardConfig config_, Node& node_, Pins& pins_)
     : config(std::move(config_)),
       node(node_),
+      memory(node.memory()),
       pins(pins_),
       team(config.team),
       own(own_side(config)),
-      group(team.group, config.incarnation) {
+      group(team.group, config.incarnation, memory) {
   if (config.key_log) config.key_log("GROUP " + hex(team.group.bytes));
   for (const auto& [robot, key] : pins.all()) node.pin(robot, key);
 }

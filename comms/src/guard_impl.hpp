@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "comms/guard.hpp"
+#include "memory/memory.hpp"
 #include "session/conduct.hpp"
 #include "session/cookies.hpp"
 #include "session/group_seal.hpp"
@@ -17,7 +18,7 @@ namespace onemap::comms {
 
 struct Guard::Impl {
   Impl(GuardConfig config_, Node& node_, Pins& pins_);
-  using Links = std::map<Endpoint, Link>;
+  using Links = std::pmr::map<Endpoint, Link>;
 
   // guard.cpp: sessions come and go
   void install(const Endpoint& at, Link& link, Transport session);
@@ -63,21 +64,22 @@ struct Guard::Impl {
 
   GuardConfig config;
   Node& node;
+  Memory& memory;  // the node's
   Pins& pins;
   TeamSecrets team;
   OwnSide own;
   GroupSeal group;
   Instant now{}, next_look{};
-  Links links;
-  std::map<std::uint32_t, Endpoint> indices;  // of sessions and initiations
-  std::map<std::uint32_t, HalfOpen> half_opens;
+  Links links{&memory};
+  std::pmr::map<std::uint32_t, Endpoint> indices{&memory};  // of sessions and initiations
+  std::pmr::map<std::uint32_t, HalfOpen> half_opens{&memory};
   CookieJar cookies;
-  Conduct conduct;
+  Conduct conduct{memory};
   Load load;
   Counters counters;                                     // this one's part
   std::uint64_t unsent_datagrams = 0, unsent_bytes = 0;  // of the node, for want of a session
-  std::deque<std::pair<Endpoint, std::vector<std::uint8_t>>> replies;
-  std::deque<GuardEvent> events;
+  std::pmr::deque<std::pair<Endpoint, std::pmr::vector<std::uint8_t>>> replies{&memory};
+  std::pmr::deque<GuardEvent> events{&memory};
   std::array<std::uint8_t, kMaxDatagramBytes> plain{};
 };
 

@@ -15,7 +15,8 @@ constexpr std::size_t kMaxReplies = 256;
 }  // namespace
 
 void Guard::Impl::reply(const Endpoint& to, Bytes bytes) {
-  if (replies.size() < kMaxReplies) replies.emplace_back(to, std::vector<std::uint8_t>(bytes.begin(), bytes.end()));
+  if (replies.size() < kMaxReplies)
+    replies.emplace_back(to, std::pmr::vector<std::uint8_t>(bytes.begin(), bytes.end(), &memory));
 }
 
 void Guard::Impl::say(const Endpoint& to, Transport& session, Word word, std::uint64_t token) {

@@ -4,6 +4,7 @@
 
 #include "comms/wire/payload.hpp"
 #include "hal/base/record.hpp"
+#include "memory/memory.hpp"
 
 namespace onemap::comms {
 
@@ -12,6 +13,7 @@ namespace onemap::comms {
 class HashCache {
  public:
   static constexpr std::size_t kCapacity = 1024;
+  explicit HashCache(Memory& memory = heap()) : hashes_(&memory) {}
   std::uint64_t of(const Record& record) {
     const auto at = hashes_.find(record.id);
     if (at != hashes_.end()) return at->second;
@@ -21,7 +23,7 @@ class HashCache {
   std::size_t size() const { return hashes_.size(); }
 
  private:
-  std::map<RecordId, std::uint64_t> hashes_;
+  std::pmr::map<RecordId, std::uint64_t> hashes_;
 };
 
 }  // namespace onemap::comms

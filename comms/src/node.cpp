@@ -28,26 +28,27 @@ RateBounds rate_bounds(const NodeConfig& config) {
 
 Node::Impl::Impl(NodeConfig config_, LogStore& store_)
     : config(std::move(config_)),
+      memory(config.memory_bytes, config.memory_at_once),
       store(store_),
       fetcher(
-          {config.credit_bytes, config.most_credit_bytes, config.reassembly_bytes}, store, notary, counters,
-          [this](const LogId& log) { return judge(log); }, config.keeping),
-      team(config.self, config.incarnation, config.max_robots, config.max_neighbours),
-      talks(config.self, config.incarnation),
-      replacements(config.keeping),
+          {config.credit_bytes, config.most_credit_bytes, config.reassembly_bytes}, store, held_logs, notary, counters,
+          [this](const LogId& log) { return judge(log); }, config.keeping, memory),
+      team(config.self, config.incarnation, config.max_robots, config.max_neighbours, memory),
+      talks(config.self, config.incarnation, memory),
+      replacements(config.keeping, memory),
       trickle(config.beacon_min, config.beacon_max),
       seeking(config.beacon_min, std::min<Duration>(config.beacon_max, kSeekInterval)),
       random(seed_of(config.self, config.incarnation)),
       pacer(config.bytes_per_second, config.train_datagrams) {
   assert(wire::is_life(config.incarnation) && config.self.valid());
   for (const Endpoint& endpoint : config.peers) {
-    Peer& peer = peers[endpoint];
-    peer.endpoint = endpoint;
+    Peer& peer = place(endpoint);
     peer.configured = true;
     prepare(peer);
   }
   if (config.identity) notary.pin(config.self, config.identity->public_key());
   notary.start(store);
+  held_logs.start(store.frontier());
   for (const auto& [log, count] : store.frontier()) take_held(log, count);
   team.set_own(frontier_digest, 0, 0);
   if (!undurable.empty()) settle_own();
@@ -64,16 +65,19 @@ void Node::Impl::take_held(const LogId& log, std::uint32_t count) {
   frontier_digest += entry_digest(log, may_hear);
 }
 
+Peer& Node::Impl::place(const Endpoint& endpoint) {
+  Peer& peer = peers.try_emplace(endpoint, memory).first->second;
+  peer.endpoint = endpoint;
+  return peer;
+}
+
 // Of a new endpoint.
-void Node::Impl::prepare(Peer& peer) const {
-  peer.rate = RateController(rate_bounds(config));
+void Node::Impl::prepare(Peer& peer) {
+  peer.rate = RateController(rate_bounds(config), memory);
   peer.budget = LinkBudget(config.link_budget_bytes_per_second, config.link_budget_bytes_per_day);
 }
 
-std::uint32_t Node::Impl::held(const LogId& log) const {
-  const auto at = store.frontier().find(log);
-  return at == store.frontier().end() ? 0 : at->second;
-}
+std::uint32_t Node::Impl::held(const LogId& log) const { return held_logs.count(log); }
 
 void Node::Impl::advance(Instant to) {
   if (now == Instant{}) team.start(to);
@@ -114,9 +118,10 @@ Result<RecordId> Node::Impl::append(std::uint8_t lane, std::uint16_t kind, std::
   Record record{id, kind, std::move(body), {}, {}};
   const bool of_its_own = replacements.keeping(kind) == Keeping::until_the_next;
   record.seal.replaces = of_its_own ? replacements.before(log, kind) : replaces;
-  const Hash hash = notary.seal_next(record, *config.identity);
-  if (auto kept = store.append(record); !kept) return refused(kept.error().text());
-  notary.took(record, hash);
+  const Hash hash = notary.seal_next(record, *config.identity), previous = record.seal.previous;
+  if (auto kept = store.append(std::move(record)); !kept) return refused(kept.error().text());
+  held_logs.took(id);
+  notary.took(id, previous, hash);
   replacements.wrote(id, kind);
   ++counters.records_appended;
   undurable.push_back(id);  // durable before anybody hears of it
@@ -139,8 +144,8 @@ void Node::Impl::settle_own() {
 }
 
 std::uint32_t Node::Impl::told(const LogId& log) const {
-  const auto at = hops.find(log);
-  return at == hops.end() ? 0 : static_cast<std::uint32_t>(at->second.size());
+  const auto* const known = hops.find(log);
+  return known == nullptr ? 0 : static_cast<std::uint32_t>(known->size());
 }
 
 void Node::Impl::stored(const RecordId& id, std::uint8_t hop_count) {
@@ -167,16 +172,17 @@ void Node::Impl::push(const RecordId& id) {
   const auto record = store.find(id);
   if (record == nullptr || record->dropped || wire::fragments_of(wire::payload_bytes(*record)) != 1) return;
   const auto payload = wire::fragment_of(*record, 0, fragment_scratch);
-  const auto whole = std::make_shared<const PushQueue::Whole>(
-      PushQueue::Whole{id, record->kind, hashes.of(*record), {payload.begin(), payload.end()}});
+  const auto whole = std::allocate_shared<const PushQueue::Whole>(
+      std::pmr::polymorphic_allocator<PushQueue::Whole>(&memory),
+      PushQueue::Whole{id, record->kind, hashes.of(*record), {payload.begin(), payload.end(), &memory}});
   for (auto& [endpoint, peer] : peers)
     if (peer.who.alive) peer.push.push(whole, now, std::max(peer.rate.loss(), peer.session.loss()));
 }
 
 std::optional<std::uint8_t> Node::Impl::hops_of(const RecordId& id) const {
-  const auto log = hops.find(id.log);
-  if (log == hops.end() || id.seq >= log->second.size()) return std::nullopt;
-  return log->second[id.seq];
+  const auto* const log = hops.find(id.log);
+  if (log == nullptr || id.seq >= log->size()) return std::nullopt;
+  return (*log)[id.seq];
 }
 
 Node::Node(NodeConfig config, LogStore& store) : impl_(std::make_unique<Impl>(std::move(config), store)) {}
@@ -242,6 +248,13 @@ std::optional<Complaint> Node::next_complaint() {
   return complaint;
 }
 
+std::pmr::memory_resource& Node::memory() { return impl_->memory; }
+
+MemoryView Node::memory_view() const {
+  const Arena& memory = impl_->memory;
+  return {memory.capacity(), memory.used(), memory.most_used(), memory.spilled()};
+}
+
 bool Node::pin(const RobotId& robot, const PublicKey& key) { return impl_->notary.pin(robot, key); }
 std::optional<PublicKey> Node::key_of(const RobotId& robot) const { return impl_->notary.key_of(robot); }
 
@@ -276,7 +289,7 @@ std::vector<NeighbourStatus> Node::neighbours() const {
   return all;
 }
 
-const std::map<RobotId, RobotStatus>& Node::team() const { return impl_->team.robots(); }
+const std::pmr::map<RobotId, RobotStatus>& Node::team() const { return impl_->team.robots(); }
 
 bool Node::team_agrees(std::uint8_t flags, const std::set<RobotId>& without) const {
   const RobotStatus& own = impl_->team.own();

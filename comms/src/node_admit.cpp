@@ -117,7 +117,7 @@ void Node::Impl::challenge(Peer& peer, const wire::Header& header, const RobotId
 void Node::Impl::become(Peer& peer, const RobotId& robot, std::uint64_t incarnation) {
   const RobotId before = peer.who.robot;
   fetcher.drop(peer);
-  peer.become(robot, incarnation);
+  peer.become(robot, incarnation, memory);
   if (before != peer.who.robot && living(before) == nullptr) team.left(before);
   plan_due = true;
 }
@@ -144,8 +144,7 @@ Peer* Node::Impl::room_for(const Endpoint& endpoint) {
     if (oldest == peers.end()) return refuse(whole_table ? Refusal::neighbours_full : Refusal::address_full), nullptr;
     forget(oldest);
   }
-  Peer& peer = peers[endpoint];
-  peer.endpoint = endpoint;
+  Peer& peer = place(endpoint);
   prepare(peer);
   peer.session.count_from(counted_to);
   return &peer;
@@ -165,11 +164,10 @@ void Node::Impl::moved(const Endpoint& from, const Endpoint& to) {
   auto entry = peers.extract(from);
   entry.key() = entry.mapped().endpoint = to;
   if (std::exchange(entry.mapped().configured, false)) {
-    Peer& again = peers[from];
-    again.endpoint = from;
+    Peer& again = place(from);
     again.configured = again.ever_heard = true;
     again.session.count_from(counted_to);
-    again.rate = RateController(rate_bounds(config));
+    again.rate = RateController(rate_bounds(config), memory);
   }
   peers.insert(std::move(entry));
   plan_due = true;

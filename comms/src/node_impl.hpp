@@ -12,6 +12,9 @@
 #include "fetch/fetcher.hpp"
 #include "hal/base/splitmix.hpp"
 #include "hash_cache.hpp"
+#include "held_logs.hpp"
+#include "memory/arena.hpp"
+#include "memory/log_map.hpp"
 #include "notary.hpp"
 #include "pacer.hpp"
 #include "peer/peer.hpp"
@@ -24,7 +27,7 @@ namespace onemap::comms {
 RateBounds rate_bounds(const NodeConfig& config);
 
 struct Node::Impl {
-  using Peers = std::map<Endpoint, Peer>;
+  using Peers = Fetcher::Peers;
   Impl(NodeConfig config_, LogStore& store_);
 
   // node.cpp: the record set
@@ -36,7 +39,7 @@ struct Node::Impl {
   void settle_own();                                   // tells of own records that have become durable
   void push(const RecordId& id);
   void take_held(const LogId& log, std::uint32_t count);
-  void prepare(Peer& peer) const;
+  void prepare(Peer& peer);
   std::optional<std::uint8_t> hops_of(const RecordId& id) const;
   void refuse(Refusal reason) {
     counters.refuse(reason);
@@ -57,6 +60,7 @@ struct Node::Impl {
   void forget(Peers::iterator peer);
   void become(Peer& peer, const RobotId& robot, std::uint64_t incarnation);
   Peer* room_for(const Endpoint& endpoint);
+  Peer& place(const Endpoint& endpoint);
   void answer_former_life(const Endpoint& to, const wire::Header& header, const wire::LaterLife& later);
   const Peer* living(const RobotId& robot) const;  // the neighbour, or nobody
   bool names_us(const wire::Header& header) const;
@@ -73,6 +77,7 @@ struct Node::Impl {
   void on_beacon(Peer& peer, const Session::Arrival& arrival, const wire::Beacon& beacon);
   void on_have(Peer& peer, const Session::Arrival& arrival, const wire::Have& have);
   void on_have(Peer& peer, const wire::HaveEntry& entry);
+  bool room_for_claims() const;
   void tell_author(const LogId& log);
   void judge_again();
   void offer_again(const Peer& peer);
@@ -127,27 +132,29 @@ struct Node::Impl {
   void count_sent(FrameType type) { ++counters.frames_sent[index_of(type)]; }
 
   NodeConfig config;
+  Arena memory;  // before all that lives in it
   LogStore& store;
   Counters counters;
   Instant now{};
   Refusal last_refusal = Refusal::count;
-  Peers peers;
+  Peers peers{&memory};
   std::uint32_t counted_to = 1;  // by sessions with peers that are forgotten: nobody's count begins below
-  Notary notary;
+  HeldLogs held_logs{memory};
+  Notary notary{memory};
   Fetcher fetcher;
   TeamTable team;
   Talks talks;
   std::optional<IdConflict> conflict;
   std::optional<std::uint64_t> outlived;
   std::uint64_t frontier_digest = 0;
-  std::map<LogId, std::vector<std::uint8_t>> hops;
-  HashCache hashes;
-  ApplyQueue applied;
+  LogMap<std::pmr::vector<std::uint8_t>> hops{memory};
+  HashCache hashes{memory};
+  ApplyQueue applied{memory};
   Replacements replacements;
-  std::deque<RecordId> undurable;  // own records that nobody may hear of yet
-  std::optional<Instant> sync_at;  // for what others wrote
+  std::pmr::deque<RecordId> undurable{&memory};  // own records that nobody may hear of yet
+  std::optional<Instant> sync_at;                // for what others wrote
   std::string sync_error;
-  std::deque<Complaint> complaints;
+  std::pmr::deque<Complaint> complaints{&memory};
   wire::FragmentBuffer fragment_scratch{};
   wire::Decoder decoder;
   bool plan_due = false;
@@ -165,14 +172,14 @@ struct Node::Impl {
     std::uint64_t receiver = 0;
     wire::LaterLife later;
   };
-  std::deque<Answer> answers;
+  std::pmr::deque<Answer> answers{&memory};
   std::uint32_t answer_counter = 1;
   // Sending
   Pacer pacer;
   Endpoint control_cursor;
   double airtime = 0.0;  // virtual, of the neighbour that was served last
-  std::vector<RobotStatus> status_scratch;
-  std::vector<wire::HaveEntry> have_scratch;
+  std::pmr::vector<RobotStatus> status_scratch{&memory};
+  std::pmr::vector<wire::HaveEntry> have_scratch{&memory};
 };
 
 }  // namespace onemap::comms

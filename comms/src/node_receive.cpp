@@ -133,7 +133,12 @@ void Node::Impl::on_beacon(Peer& peer, const Session::Arrival& arrival, const wi
 void Node::Impl::on_have(Peer& peer, const Session::Arrival& arrival, const wire::Have& have) {
   for (const wire::HaveEntry& entry : have.entries) on_have(peer, entry);
   peer.frontier.claim(now, arrival.at, have.frontier_digest, peer.round_trip.smoothed());
-  plan_due = true;
+}
+
+// What neighbours say that they hold must not take the room of what they send.
+bool Node::Impl::room_for_claims() const {
+  constexpr std::size_t kKept = 384u << 10;  // for all else
+  return memory.used() + fetcher.bytes_left() + kKept < memory.capacity();
 }
 
 void Node::Impl::on_have(Peer& peer, const wire::HaveEntry& entry) {
@@ -142,13 +147,15 @@ void Node::Impl::on_have(Peer& peer, const wire::HaveEntry& entry) {
   Refusal verdict = judge(entry.log);
   if (own && entry.count > here) verdict = Refusal::own_log_ahead;
   const bool another = peer.frontier.count(entry.log) == 0;
-  if (another && peer.frontier.logs().size() >= config.max_logs) verdict = Refusal::logs_full;
+  if (another && (peer.frontier.logs().size() >= config.max_logs || !room_for_claims())) verdict = Refusal::logs_full;
   if (verdict == Refusal::contradicts_author) tell_author(entry.log);
   if (verdict != Refusal::count) {
     peer.frontier.refused_some();
     return refuse(verdict);
   }
-  if (peer.frontier.raise(entry.log, entry.count) && entry.count > here) fetcher.offered(entry.log);
+  if (!peer.frontier.raise(entry.log, entry.count) || entry.count <= here) return;
+  fetcher.offered(entry.log);
+  plan_due = true;
 }
 
 // Somebody believes in a later life of a neighbour of ours than the one in which it lives. It shall hear of that: when

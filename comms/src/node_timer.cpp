@@ -48,7 +48,7 @@ void Node::Impl::peer_down(Peer& peer) {
   if (living(peer.who.robot) == nullptr) team.left(peer.who.robot);
   judge_again();
   talks.team_changed(now);
-  peer.serve = {};
+  peer.serve.clear();
   peer.push.clear();
   peer.outbox.fell_silent();
   peer.frontier.ask_no_more();
@@ -77,7 +77,7 @@ void Node::Impl::beacon_all() {
 
 // An exchange of the team's talks: everybody near is told what was given.
 void Node::Impl::talk() {
-  std::vector<Talks::Near> near;
+  std::pmr::vector<Talks::Near> near(&memory);
   for (auto& [endpoint, peer] : peers)
     if (peer.who.alive) near.push_back({peer.who.robot, peer.word.neighbours});
   if (!talks.exchange(now, near)) return;

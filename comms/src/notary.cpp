@@ -26,9 +26,9 @@ bool Notary::vouches(const Record& record, const SignedHead& by) const {
   return signed_by(known == keys_.end() ? record.seal.previous : known->second, by.head, by.signature);
 }
 
-void Notary::took(const Record& record, const Hash& hash) {
-  if (record.id.seq == 0) pin(record.id.log.robot, record.seal.previous);
-  ends_[record.id.log] = hash;
+void Notary::took(const RecordId& id, const Hash& previous, const Hash& hash) {
+  if (id.seq == 0) pin(id.log.robot, previous);
+  ends_[id.log] = hash;
 }
 
 std::optional<PublicKey> Notary::key_of(const RobotId& robot) const {

@@ -6,6 +6,7 @@
 #include "comms/counters.hpp"
 #include "comms/log_store.hpp"
 #include "comms/record_head.hpp"
+#include "memory/memory.hpp"
 
 namespace onemap::comms {
 
@@ -13,6 +14,7 @@ namespace onemap::comms {
 // its author's. A robot's key is the one that the first log taken up of it names; nobody has another one later.
 class Notary {
  public:
+  explicit Notary(Memory& memory = heap()) : keys_(&memory), ends_(&memory), barred_(&memory) {}
   void start(const LogStore& store);  // what is held was looked at when it came
 
   struct Verdict {
@@ -23,8 +25,8 @@ class Notary {
   Verdict look_at(const Record& record) const;
   // Of a record that is its author's, and came without its body: whether its author wrote `by`, too.
   bool vouches(const Record& record, const SignedHead& by) const;
-  // The record was stored.
-  void took(const Record& record, const Hash& hash);
+  // The record was stored; what its seal says of the one before it.
+  void took(const RecordId& id, const Hash& previous, const Hash& hash);
   // The author has signed two records of one place: nothing more of this log is worth anything.
   void bar(const LogId& log) { barred_.insert(log); }
   bool barred(const LogId& log) const { return barred_.contains(log); }
@@ -36,9 +38,9 @@ class Notary {
 
  private:
   Hash end_of(const LogId& log) const;
-  std::map<RobotId, PublicKey> keys_;
-  std::map<LogId, Hash> ends_;
-  std::set<LogId> barred_;
+  std::pmr::map<RobotId, PublicKey> keys_;
+  std::pmr::map<LogId, Hash> ends_;
+  std::pmr::set<LogId> barred_;
 };
 
 }  // namespace onemap::comms

@@ -9,8 +9,13 @@ namespace {
 bool newer(std::uint32_t a, std::uint32_t b) { return b == 0 ? a != 0 : static_cast<std::int32_t>(a - b) > 0; }
 }  // namespace
 
-TeamTable::TeamTable(const RobotId& self, std::uint64_t incarnation, std::size_t max_robots, std::size_t max_neighbours)
-    : self_(self), max_robots_(max_robots), for_neighbours_(std::min(max_neighbours, max_robots / 4)) {
+TeamTable::TeamTable(const RobotId& self, std::uint64_t incarnation, std::size_t max_robots, std::size_t max_neighbours,
+                     Memory& memory)
+    : self_(self),
+      max_robots_(max_robots),
+      for_neighbours_(std::min(max_neighbours, max_robots / 4)),
+      robots_(&memory),
+      traces_(&memory) {
   entry(self, incarnation);
 }
 

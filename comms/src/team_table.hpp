@@ -5,6 +5,7 @@
 #include "comms/status.hpp"
 #include "hal/base/record.hpp"
 #include "hal/base/time.hpp"
+#include "memory/memory.hpp"
 
 namespace onemap::comms {
 
@@ -13,7 +14,8 @@ namespace onemap::comms {
 class TeamTable {
  public:
   // Room for max_robots; some of it is for neighbours alone.
-  TeamTable(const RobotId& self, std::uint64_t incarnation, std::size_t max_robots, std::size_t max_neighbours);
+  TeamTable(const RobotId& self, std::uint64_t incarnation, std::size_t max_robots, std::size_t max_neighbours,
+            Memory& memory = heap());
 
   enum class Merge {
     newer,       // and kept
@@ -37,7 +39,7 @@ class TeamTable {
 
   bool set_own(std::uint64_t frontier_digest, std::uint64_t map_digest, std::uint8_t flags);  // true: changed
   const RobotStatus& say_own();  // own entry as it goes out: what is said twice under one counter is equal
-  const std::map<RobotId, RobotStatus>& robots() const { return robots_; }
+  const std::pmr::map<RobotId, RobotStatus>& robots() const { return robots_; }
   const RobotStatus& own() const { return robots_.find(self_)->second; }
 
  private:
@@ -51,8 +53,8 @@ class TeamTable {
   RobotId self_;
   std::size_t max_robots_, for_neighbours_;
   bool unsaid_ = true;
-  std::map<RobotId, RobotStatus> robots_;
-  std::map<RobotId, Trace> traces_;
+  std::pmr::map<RobotId, RobotStatus> robots_;
+  std::pmr::map<RobotId, Trace> traces_;
 };
 
 }  // namespace onemap::comms

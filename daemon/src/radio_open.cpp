@@ -18,6 +18,7 @@ Result<comms::NodeConfig> node_config(const Config& config) {
     return mapping::may_be_replaced(k) ? comms::Keeping::until_it_may_go : comms::Keeping::always;
   };
   node.bytes_per_second = config.bytes_per_second;
+  node.memory_at_once = true;
   node.link_budget_bytes_per_second = config.link_bytes_per_second;
   node.link_budget_bytes_per_day = config.link_mb_per_day * 1'000'000;
   for (const std::string& peer : config.peers) {

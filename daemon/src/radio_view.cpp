@@ -110,6 +110,7 @@ void Radio::update_view(Instant now) {
   const auto conflict = node_->id_conflict();
   if (conflict && now - conflict->when < kConflictFresh) view.id_also_used_at = to_string(conflict->where);
   view.scalars = node_->scalars();
+  view.memory = node_->memory_view();
   view.refused = refusals(view.counters);
   if (not_loopback_ > 0) view.refused["not_loopback"] = not_loopback_;
   if (failed_before_ > 0 && !config_.alone()) view.refused["not_sent"] = failed_before_;

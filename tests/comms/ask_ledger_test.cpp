@@ -9,7 +9,7 @@ using namespace std::chrono_literals;
 const RecordId kVoxels{{RobotId::from_name("a"), 3, 1}, 0}, kPose{{RobotId::from_name("a"), 1, 1}, 0};
 const Instant kAsked{10s};
 
-std::vector<std::uint32_t> indices(const std::vector<AskLedger::Fragment>& fragments) {
+std::vector<std::uint32_t> indices(const AskLedger::Fragments& fragments) {
   std::vector<std::uint32_t> all;
   for (const auto& fragment : fragments) all.push_back(fragment.index);
   return all;

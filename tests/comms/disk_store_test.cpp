@@ -20,14 +20,14 @@ using test::expect_same;
 using test::opened;
 using test::small;
 
-const RobotId kRobot = RobotId::from_name("robot"), kOther = RobotId::from_name("other");
+const RobotId kAuthor = RobotId::from_name("robot"), kSecondAuthor = RobotId::from_name("other");
 
 TEST(DiskStore, KeepsLogsOverRestarts) {
   MemoryDisk disk;
   SignedLogs logs;
   std::vector<Record> written;
   for (int k = 0; k < 30; ++k)
-    written.push_back(logs.next({k % 3 == 0 ? kOther : kRobot, static_cast<std::uint8_t>(k % 5), 1},
+    written.push_back(logs.next({k % 3 == 0 ? kSecondAuthor : kAuthor, static_cast<std::uint8_t>(k % 5), 1},
                                 static_cast<std::uint16_t>(k), body(static_cast<std::size_t>(k * 300 % 9000), 9)));
   VersionVector frontier;
   {
@@ -36,7 +36,7 @@ TEST(DiskStore, KeepsLogsOverRestarts) {
     EXPECT_FALSE(store->append(written[3])) << "not the next of its log";
     frontier = store->frontier();
     for (const Record& record : written) expect_same(record, store->find(record.id));
-    EXPECT_EQ(store->find({{kOther, 4, 9}, 0}), nullptr);
+    EXPECT_EQ(store->find({{kSecondAuthor, 4, 9}, 0}), nullptr);
   }
   auto store = opened(disk);
   EXPECT_EQ(store->frontier(), frontier);
@@ -56,7 +56,7 @@ TEST(DiskStore, DurableIsWhatASyncThatBeganLaterHasEnded) {
   MemoryDisk disk;
   auto store = opened(disk);
   SignedLogs logs;
-  const LogId log{kRobot, 1, 1};
+  const LogId log{kAuthor, 1, 1};
   disk.slow = true;
   ASSERT_TRUE(store->append(logs.next(log, 1, body(10))));
   EXPECT_TRUE(store->sync());
@@ -79,7 +79,7 @@ TEST(DiskStore, AFolderToReadStaysAsItIsAndIsNobodysOwn) {
   ASSERT_TRUE(own.ok());
   const auto store = opened(**own);
   SignedLogs logs;
-  const Record first = logs.next({kRobot, 1, 1}, 1, body(40)), second = logs.next({kRobot, 1, 1}, 1, body(40));
+  const Record first = logs.next({kAuthor, 1, 1}, 1, body(40)), second = logs.next({kAuthor, 1, 1}, 1, body(40));
   ASSERT_TRUE(store->append(first));
   ASSERT_TRUE(store->append(second));
   std::filesystem::resize_file(log + "/segment-00000001", 224 + 200);  // the second one is torn
@@ -92,7 +92,7 @@ TEST(DiskStore, AFolderToReadStaysAsItIsAndIsNobodysOwn) {
   expect_same(first, reader->find(first.id));
   EXPECT_EQ(reader->view().records, 1u);
   EXPECT_EQ(reader->view().spoilt_bytes, 200u);
-  EXPECT_FALSE(reader->append(logs.record({{kRobot, 3, 1}, 0}, 1, body(40)))) << "nothing is written there";
+  EXPECT_FALSE(reader->append(logs.record({{kAuthor, 3, 1}, 0}, 1, body(40)))) << "nothing is written there";
   EXPECT_EQ(std::filesystem::file_size(log + "/segment-00000001"), 424u);
   EXPECT_EQ((*disk)->remove("segment-00000001"), DiskFault::read_only);
   EXPECT_EQ((*disk)->rename("segment-00000001", "x"), DiskFault::read_only);
@@ -110,7 +110,7 @@ TEST(DiskStore, FullRefusesVoxelsFirstAndSaysWhy) {
   auto store = opened(disk, small(1u << 20));
   SignedLogs logs;
   std::size_t voxels = 0, features = 0, poses = 0;
-  const LogId bulk{kRobot, 3, 1}, feature{kRobot, 2, 1}, pose{kRobot, 1, 1};
+  const LogId bulk{kAuthor, 3, 1}, feature{kAuthor, 2, 1}, pose{kAuthor, 1, 1};
   while (store->append(logs.next(bulk, 1, body(2000)))) ++voxels;
   const auto refused = store->append(logs.record({bulk, static_cast<std::uint32_t>(voxels)}, 1, body(2000)));
   EXPECT_THAT(refused.error().text(), testing::HasSubstr("network.store_budget_mb"));
@@ -134,10 +134,10 @@ TEST(DiskStore, OneRobotDoesNotFillItForAll) {
   auto store = opened(disk, config);
   SignedLogs logs;
   std::size_t greedy = 0;
-  while (store->append(logs.next({kOther, 3, 1}, 1, body(2000)))) ++greedy;
+  while (store->append(logs.next({kSecondAuthor, 3, 1}, 1, body(2000)))) ++greedy;
   EXPECT_LE(greedy * 2000, 180'000u);
-  EXPECT_TRUE(store->append(logs.next({kOther, 1, 1}, 1, body(2000)))) << "its poses have room still";
-  for (int k = 0; k < 80; ++k) EXPECT_TRUE(store->append(logs.next({kRobot, 3, 1}, 1, body(2000))));
+  EXPECT_TRUE(store->append(logs.next({kSecondAuthor, 1, 1}, 1, body(2000)))) << "its poses have room still";
+  for (int k = 0; k < 80; ++k) EXPECT_TRUE(store->append(logs.next({kAuthor, 3, 1}, 1, body(2000))));
 }
 
 TEST(DiskStore, TheIndexIsOfFixedSize) {
@@ -146,22 +146,22 @@ TEST(DiskStore, TheIndexIsOfFixedSize) {
   config.index_bytes = 64 * 8 * 10;
   auto store = opened(disk, config);
   std::size_t records = 0;
-  while (store->append({{{kRobot, 1, 1}, static_cast<std::uint32_t>(records)}, 1, {}, {}, {}})) ++records;
+  while (store->append({{{kAuthor, 1, 1}, static_cast<std::uint32_t>(records)}, 1, {}, {}, {}})) ++records;
   EXPECT_EQ(records, 640u);
   EXPECT_EQ(store->view().refused_full, 1u);
 }
 
-// A megabyte is left for tables of bounded numbers: 32 neighbours, 4096 logs, 1024 robots.
-TEST(DiskStore, AndWhatComesInPartsTakesNoMoreThan15MB) {
+// What comms takes: its store, and the block in which the node and its guard live.
+TEST(DiskStore, AndTheNodeTakeNoMoreThan16MB) {
   MemoryDisk disk;
   auto store = opened(disk, DiskStoreConfig{});
-  EXPECT_LE(store->view().memory_bytes + NodeConfig{}.reassembly_bytes, (15u << 20) + (64u << 10));
+  EXPECT_LE(store->view().memory_bytes + NodeConfig{}.memory_bytes, 16u << 20);
 }
 
 TEST(DiskStore, ForgottenBodiesMakeRoomAndHeadsStay) {
   MemoryDisk disk;
   SignedLogs logs;
-  const LogId log{kRobot, 3, 1}, kept{kRobot, 1, 1};
+  const LogId log{kAuthor, 3, 1}, kept{kAuthor, 1, 1};
   std::vector<Record> heads, poses;
   {
     auto store = opened(disk);
@@ -207,7 +207,7 @@ TEST(PosixDisk, KeepsFilesAndItsFolderToItself) {
   ASSERT_FALSE(second.ok());
   EXPECT_THAT(second.error().text(), testing::HasSubstr("another process"));
   SignedLogs logs;
-  const LogId log{kRobot, 3, 1};
+  const LogId log{kAuthor, 3, 1};
   {
     auto store = opened(**disk);
     for (int k = 0; k < 100; ++k) ASSERT_TRUE(store->append(logs.next(log, 1, body(3000))));

@@ -85,9 +85,9 @@ TEST(Outbox, TellsEachChangeOnce) {
   box.tell(kOtherLog, kMet + 50ms);
   EXPECT_FALSE(box.have_due(kMet));
   EXPECT_TRUE(box.have_due(kMet + 5ms));
-  box.told(kMet + 5ms, {{kLog, 1}, {kOtherLog, 1}}, 1);
+  box.told(kMet + 5ms, std::vector<wire::HaveEntry>{{kLog, 1}, {kOtherLog, 1}}, 1);
   EXPECT_EQ(box.changed().size(), 1u);
-  box.told(kMet + 5ms, {{kOtherLog, 1}}, 1);
+  box.told(kMet + 5ms, std::vector<wire::HaveEntry>{{kOtherLog, 1}}, 1);
   EXPECT_FALSE(box.have_due(kMet + 1s));
   EXPECT_EQ(box.last_have(), kMet + 5ms);
   EXPECT_TRUE(box.may_tell_all(kMet));
@@ -98,15 +98,15 @@ TEST(Outbox, TellsEachChangeOnce) {
 TEST(Outbox, NewsGoesInCopiesWhenItFitsADatagram) {
   Outbox box;
   box.tell(kLog, kMet, true);
-  box.told(kMet, {{kLog, 1}}, 1, 3);
+  box.told(kMet, std::vector<wire::HaveEntry>{{kLog, 1}}, 1, 3);
   EXPECT_EQ(box.next(), kMet + 4ms);
-  box.told(kMet + 4ms, {{kLog, 1}}, 1, 3);
+  box.told(kMet + 4ms, std::vector<wire::HaveEntry>{{kLog, 1}}, 1, 3);
   EXPECT_TRUE(box.have_due(kMet + 8ms));
-  box.told(kMet + 8ms, {{kLog, 1}}, 1, 3);
+  box.told(kMet + 8ms, std::vector<wire::HaveEntry>{{kLog, 1}}, 1, 3);
   EXPECT_FALSE(box.have_due(kMet + 1s)) << "three are enough";
   box.tell(kLog, kMet + 1s, true);
   box.tell(kOtherLog, kMet + 1s, true);
-  box.told(kMet + 1s, {{kLog, 2}}, 1, 3);
+  box.told(kMet + 1s, std::vector<wire::HaveEntry>{{kLog, 2}}, 1, 3);
   EXPECT_EQ(box.changed().size(), 1u) << "there is more: no copies";
 }
 
@@ -160,7 +160,7 @@ TEST(Session, CountsGoOnWhenAnotherSpeaks) {
 }
 
 TEST(Peer, BecomesWhoStandsBesideIt) {
-  Peer peer;
+  Peer peer(heap());
   SplitMix random(1);
   peer.configured = peer.ever_heard = true;
   peer.bytes_in = 9;
@@ -169,7 +169,7 @@ TEST(Peer, BecomesWhoStandsBesideIt) {
   peer.candidates.greeted(kMet, RobotId::from_name("b"), 6, true, random);
   const Candidate* const beside = peer.candidates.next();
   ASSERT_NE(beside, nullptr);
-  peer.become(beside->robot, beside->incarnation);
+  peer.become(beside->robot, beside->incarnation, heap());
   EXPECT_EQ(peer.who.robot, RobotId::from_name("b"));
   EXPECT_EQ(peer.who.incarnation, 6u);
   EXPECT_FALSE(peer.who.alive || peer.who.proved);

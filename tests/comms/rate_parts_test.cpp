@@ -18,14 +18,14 @@ const Instant kStart{100s};
 
 TEST(SentLog, KnowsTheLast2048) {
   SentLog log;
-  EXPECT_EQ(log.find(1), nullptr);
+  EXPECT_FALSE(log.find(1));
   for (std::uint32_t i = 1; i <= 3000; ++i) log.sent(kStart + i * 1ms, i, 10);
-  EXPECT_EQ(log.find(0), nullptr);
-  EXPECT_EQ(log.find(952), nullptr);
-  ASSERT_NE(log.find(953), nullptr);
+  EXPECT_FALSE(log.find(0));
+  EXPECT_FALSE(log.find(952));
+  ASSERT_TRUE(log.find(953));
   EXPECT_EQ(log.find(953)->bytes, 9530u);
   EXPECT_EQ(log.find(3000)->at, kStart + 3s);
-  EXPECT_EQ(log.find(3001), nullptr);
+  EXPECT_FALSE(log.find(3001));
 }
 
 TEST(QueueDelay, IsWhatComesOnTopOfTheShortestWay) {

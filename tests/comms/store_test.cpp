@@ -114,8 +114,8 @@ TEST(MemoryStore, ChargesWhatRecordsCost) {
   EXPECT_LE(cost_of(10, 10, 50'000), 101u);
 }
 
-// With what a Node remembers of each log, when neighbours hold it, too: bytes a one-record log, beside its body.
-TEST(MemoryStore, ChargesWhatLogsCostTheNode) {
+// Bytes a one-record log, beside its body. What a Node remembers of it is in the node's own block.
+TEST(MemoryStore, ChargesWhatLogsCost) {
   const auto grown = [](std::size_t robots) {
     sim::SimNet net(1, {});
     NodeConfig config;

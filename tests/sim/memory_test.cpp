@@ -1,4 +1,4 @@
-// What a team of Nodes takes: memory that lasts, and allocations on the way of a datagram.
+// What a team of Nodes takes: memory that lasts, and none on the way of a datagram.
 #include <gtest/gtest.h>
 #include <malloc.h>
 

@@ -104,20 +104,24 @@ void Watch::moved(std::size_t robot) {
   if (!net_.runs(robot)) return;
   Seen& here = seen(robot);
   if (net_[robot].node->frontier_digest() != here.digest) look_at_frontier(robot, here);
-  if (here.moves++ % kLookAtFlightsEvery == 0) look_at_flights(robot, here);
+  if (here.moves++ % (kLookAtFlightsEvery + net_.size() / 2) == 0) look_at_flights(robot, here);
 }
 
 void Watch::look_at_frontier(std::size_t robot, Seen& here) {
   ++looks_;
   const Node& node = *net_[robot].node;
+  here.digest = node.frontier_digest();
+  const auto [set, first] = sets_.emplace(here.digest, here.set_hash);
+  if (!first && set->second != here.set_hash) broke(robot, "equal frontiers, and not the same records");
+  if (const MemoryView memory = node.memory_view(); memory.spilled > 0)
+    broke(robot,
+          fmt::format("{} of {} bytes of its memory are used, and more was needed", memory.used, memory.capacity));
+  // The rest takes its time.
+  if (node.frontier().size() > kManyLogs && here.changes++ % kManyLogs != 0) return;
   VersionVector now = node.frontier();
   for (auto& [log, count] : now)  // what its disk has not promised to keep is not there yet
     if (log.robot == net_[robot].config.self) count = std::min(count, here.next[log]);
   std::erase_if(now, [](const auto& entry) { return entry.second == 0; });
-  here.digest = node.frontier_digest();
-  const auto [set, first] = sets_.emplace(here.digest, here.set_hash);
-  if (!first && set->second != here.set_hash) broke(robot, "equal frontiers, and not the same records");
-  if (now.size() > kManyLogs && here.changes++ % kManyLogs != 0) return;  // the rest takes its time
   if (digest(now) != here.digest) broke(robot, "the digest is not that of the frontier");
   for (const auto& [log, count] : here.frontier) {
     const auto at = now.find(log);
@@ -211,9 +215,9 @@ void Watch::look_at_seal(std::size_t from, Seen& here, const OutgoingDatagram& d
   if (bytes.size() < sealed::kOverheadBytes || bytes[0] != sealed::kMagicAndVersion)
     return broke(from, "it sends what is not sealed");
   if (bytes[1] != static_cast<std::uint8_t>(sealed::Type::frames)) return;
-  const std::pair number(sealed::index_at(bytes, sealed::kHeadBytes), sealed::counter_of(bytes));
+  const Number number{sealed::index_at(bytes, sealed::kHeadBytes), sealed::counter_of(bytes)};
   if (!here.numbers.insert(number).second)
-    broke(from, fmt::format("number {} of session {} is used twice", number.second, number.first));
+    broke(from, fmt::format("number {} of session {} is used twice", number.counter, number.session));
 }
 
 }  // namespace onemap::comms::sim

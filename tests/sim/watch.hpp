@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "comms/wire.hpp"
@@ -52,6 +53,14 @@ class Watch final : public Witness {
   struct Owes {
     std::uint32_t asked = 0, sent = 0;
   };
+  struct Number {  // of a datagram
+    std::uint32_t session = 0;
+    std::uint64_t counter = 0;
+    bool operator==(const Number&) const = default;
+    struct Hash {
+      std::size_t operator()(const Number& n) const { return splitmix64(n.counter ^ std::uint64_t{n.session} << 32); }
+    };
+  };
   struct Seen {
     std::uint64_t wiped_below = 0;  // lives whose records may be gone
     VersionVector frontier;
@@ -61,7 +70,7 @@ class Watch final : public Witness {
     std::uint64_t moves = 0, changes = 0;
     std::map<Endpoint, Stranger> others;
     std::map<std::pair<Endpoint, Fragment>, Owes> owed;
-    std::set<std::pair<std::uint32_t, std::uint64_t>> numbers;  // of sessions, that were used
+    std::unordered_set<Number, Number::Hash> numbers;  // that were used
   };
   void broke(std::size_t robot, const std::string& what);
   Seen& seen(std::size_t robot);

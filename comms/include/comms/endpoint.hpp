@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <bit>
 #include <compare>
 #include <cstdint>
 
@@ -10,7 +11,14 @@ namespace onemap::comms {
 struct Endpoint {
   std::array<std::uint8_t, 16> address{};
   std::uint16_t port = 0;
-  auto operator<=>(const Endpoint&) const = default;
+  bool operator==(const Endpoint&) const = default;
+  constexpr std::strong_ordering operator<=>(const Endpoint& other) const {  // in any order that stays the same
+    const auto halves = std::bit_cast<std::array<std::uint64_t, 2>>(address);
+    const auto others = std::bit_cast<std::array<std::uint64_t, 2>>(other.address);
+    if (const auto order = halves[1] <=> others[1]; order != 0) return order;
+    if (const auto order = halves[0] <=> others[0]; order != 0) return order;
+    return port <=> other.port;
+  }
 
   static constexpr Endpoint ipv4(std::uint8_t a, std::uint8_t b, std::uint8_t c, std::uint8_t d, std::uint16_t port) {
     return {{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xFF, 0xFF, a, b, c, d}, port};

@@ -15,8 +15,7 @@ namespace onemap::comms {
 class MemoryStore final : public LogStore {
  public:
   static constexpr std::size_t kRecordBytes = 320;  // charged for each record beside its body
-  // And for each log: its places here, and what a Node with some neighbours remembers about it.
-  static constexpr std::size_t kLogBytes = 1152;
+  static constexpr std::size_t kLogBytes = 256;     // and for each log
   explicit MemoryStore(std::size_t budget_bytes);
 
   Status append(Record record) override;

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <memory_resource>
 #include <optional>
 #include <set>
 #include <span>
@@ -48,7 +49,11 @@ struct NodeConfig {
   Duration neighbour_timeout = std::chrono::seconds(20);
   // Asked for and not yet arrived, from one neighbour: so much at first, and more on a way that is fast and long.
   std::size_t credit_bytes = 256u << 10, most_credit_bytes = 2u << 20;
-  std::size_t reassembly_bytes = 4u << 20;  // incomplete or out of order records
+  std::size_t reassembly_bytes = 3u << 20;  // incomplete or out of order records
+  // One block, taken at the start, in which all that a Node and its Guard remember lives; records that are whole and
+  // due go to the store. At once: its pages, too, and not as they are used.
+  std::size_t memory_bytes = 5888u << 10;
+  bool memory_at_once = false;
   // Configured peers always have their place; of the other neighbours of one address there may be a quarter of
   // max_neighbours.
   std::size_t max_neighbours = 32;
@@ -87,6 +92,12 @@ struct Presence {
   Instant last_sign{};  // of life: a datagram, a newer status by hearsay, or a new record of its own
   bool neighbour = false;
   std::uint8_t flags = 0;
+};
+
+// Of NodeConfig::memory_bytes, in bytes.
+struct MemoryView {
+  std::size_t capacity = 0, used = 0, most_used = 0;
+  std::uint64_t spilled = 0;  // pieces that the heap gave because none fitted
 };
 
 // Somebody else uses this robot's id.
@@ -175,7 +186,7 @@ class Node {
 
   // The robots that count, with their newest word: this one, those of whom records are here, and living neighbours. Who
   // is only talked about does not count. A robot that was not heard of since its records came has a status of zeros.
-  const std::map<RobotId, RobotStatus>& team() const;
+  const std::pmr::map<RobotId, RobotStatus>& team() const;
   std::map<RobotId, Presence> presence(Instant now) const;  // the same robots
   // All robots that count but those in `without` carry these flags, this robot's map digest and its frontier digest.
   bool team_agrees(std::uint8_t flags, const std::set<RobotId>& without) const;
@@ -199,6 +210,8 @@ class Node {
   bool own_settled() const;
   std::optional<std::uint8_t> hops(const RecordId& id) const;  // links that this record came over; 0: own
   const Counters& counters() const;
+  MemoryView memory_view() const;
+  std::pmr::memory_resource& memory();  // for its Guard
 
  private:
   struct Impl;

@@ -4,6 +4,12 @@
 
 namespace onemap::comms {
 
+void RunningSums::begin(Mass own) {
+  held_ = own;
+  given_.clear();
+  taken_.clear();
+}
+
 void RunningSums::round(std::span<const Link> links) {
   const Mass before = held_;
   for (const Link& link : links) {

@@ -48,8 +48,10 @@ std::string_view name(Scalar which) {
   return "none";
 }
 
-Talks::Talks(const RobotId& self, std::uint64_t incarnation)
-    : mark_(mark_of(self, incarnation)), sums_{RunningSums(Mass{}), RunningSums(Mass{}), RunningSums(Mass{})} {
+Talks::Talks(const RobotId& self, std::uint64_t incarnation, Memory& memory)
+    : memory_(&memory),
+      mark_(mark_of(self, incarnation)),
+      sums_{RunningSums(Mass{}, memory), RunningSums(Mass{}, memory), RunningSums(Mass{}, memory)} {
   has_[at(Scalar::team_size)] = true;
 }
 
@@ -81,7 +83,7 @@ void Talks::begin(Instant now, std::uint64_t round, Duration reference) {
   reference_ = reference;
   begun_ = now;
   in_use_ = brought_;
-  for (std::size_t k = 0; k < kScalars; ++k) sums_[k] = RunningSums(own_mass(k));
+  for (std::size_t k = 0; k < kScalars; ++k) sums_[k].begin(own_mass(k));
   quiet_ = 0, exchanges_ = 0;
   next_exchange_ = now;
   begin_at_.reset();
@@ -95,7 +97,7 @@ bool Talks::exchange(Instant now, std::span<const Near> near) {
           Duration(static_cast<std::int64_t>(std::clamp(clock, -3e9, 3e9) * 1e9)));
   }
   if (next_exchange_ > now) return false;
-  std::vector<RunningSums::Link> links;
+  std::pmr::vector<RunningSums::Link> links(memory_);
   for (const Near& other : near) links.push_back({other.robot, metropolis_weight(near.size(), other.neighbours)});
   for (RunningSums& sums : sums_) sums.round(links);
   ++exchanges_;

@@ -10,6 +10,7 @@
 #include "comms/wire/frames.hpp"
 #include "hal/base/ids.hpp"
 #include "hal/base/time.hpp"
+#include "memory/memory.hpp"
 
 namespace onemap::comms {
 
@@ -19,7 +20,7 @@ namespace onemap::comms {
 // nothing changes any more. A pure function of what it is told.
 class Talks {
  public:
-  Talks(const RobotId& self, std::uint64_t incarnation);
+  Talks(const RobotId& self, std::uint64_t incarnation, Memory& memory = heap());
 
   void bring(Instant now, Scalar which, double own);  // finite; team_size needs nothing
   void team_changed(Instant now);                     // who is a neighbour; not before the first of them
@@ -45,6 +46,7 @@ class Talks {
   Mass own_mass(std::size_t which) const;
   double value(std::size_t which) const;
   bool changed_since();
+  Memory* memory_;
   std::uint64_t mark_;       // of this robot in the rounds that it begins
   std::uint64_t round_ = 0;  // upper 40 bits count, lower 24 say who began
   bool began_here_ = false;

@@ -41,12 +41,16 @@ void AskLedger::withdraw(const RecordId& id, std::uint32_t from_fragment) {
 }
 
 void AskLedger::clear() {
-  for (Lane& lane : lanes_) lane = {};
+  for (Lane& lane : lanes_) {
+    lane.asks.clear();
+    lane.outstanding = 0;
+    lane.progress = {};
+    lane.suspect_since.reset();
+  }
 }
 
-std::vector<AskLedger::Fragment> AskLedger::take_overtaken(Instant now, std::uint8_t lane_index,
-                                                           Duration reorder_window) {
-  std::vector<Fragment> lost;
+AskLedger::Fragments AskLedger::take_overtaken(Instant now, std::uint8_t lane_index, Duration reorder_window) {
+  Fragments lost(memory_);
   Lane& lane = lanes_[lane_index];
   if (!lane.suspect_since || *lane.suspect_since + reorder_window > now) return lost;
   lane.suspect_since.reset();
@@ -63,9 +67,8 @@ std::vector<AskLedger::Fragment> AskLedger::take_overtaken(Instant now, std::uin
   return lost;
 }
 
-std::vector<AskLedger::Fragment> AskLedger::take_silent(Instant now, std::uint8_t lane_index,
-                                                        const RoundTrip& round_trip) {
-  std::vector<Fragment> lost;
+AskLedger::Fragments AskLedger::take_silent(Instant now, std::uint8_t lane_index, const RoundTrip& round_trip) {
+  Fragments lost(memory_);
   Lane& lane = lanes_[lane_index];
   if (lane.outstanding == 0 || lane.progress + round_trip.give_up_after(silences_) > now) return lost;
   for (Ask& ask : lane.asks) {

@@ -7,6 +7,7 @@
 
 #include "hal/base/record.hpp"
 #include "hal/base/time.hpp"
+#include "memory/memory.hpp"
 #include "peer/round_trip.hpp"
 
 namespace onemap::comms {
@@ -19,6 +20,8 @@ class AskLedger {
     RecordId id;
     std::uint32_t index = 0;
   };
+  using Fragments = std::pmr::vector<Fragment>;
+  explicit AskLedger(Memory& memory = heap()) : lanes_(of_each_lane<Lane>(memory)), memory_(&memory) {}
   // `serial` is unique within the node.
   void add(Instant now, const Fragment& fragment, std::uint32_t serial);
   void answered(Instant now, std::uint8_t lane, std::uint32_t serial);
@@ -28,8 +31,8 @@ class AskLedger {
 
   // What is to be asked for again: overtaken by three answers, and the reorder window has passed since; or all of a
   // lane after silence, which is counted.
-  std::vector<Fragment> take_overtaken(Instant now, std::uint8_t lane, Duration reorder_window);
-  std::vector<Fragment> take_silent(Instant now, std::uint8_t lane, const RoundTrip& round_trip);
+  Fragments take_overtaken(Instant now, std::uint8_t lane, Duration reorder_window);
+  Fragments take_silent(Instant now, std::uint8_t lane, const RoundTrip& round_trip);
   Instant next_deadline(const RoundTrip& round_trip) const;
 
   std::size_t outstanding() const;
@@ -49,7 +52,8 @@ class AskLedger {
     std::optional<Instant> overtaken_at;  // when that became enough to suspect a loss
   };
   struct Lane {
-    std::deque<Ask> asks;                  // in order of asking; done ones are dropped from the front
+    explicit Lane(Memory* memory) : asks(memory) {}
+    std::pmr::deque<Ask> asks;             // in order of asking; done ones are dropped from the front
     std::size_t outstanding = 0;           // of them, not done
     Instant progress{};                    // last answer here or in a lower lane, or the first ask after idleness
     std::optional<Instant> suspect_since;  // the earliest overtaken_at
@@ -57,6 +61,7 @@ class AskLedger {
   static void finish(Lane& lane, Ask& ask);
   static void trim(Lane& lane);
   std::array<Lane, kLaneCount> lanes_;
+  Memory* memory_;
   unsigned silences_ = 0;
   Instant avoid_until_{};
 };

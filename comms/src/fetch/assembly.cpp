@@ -4,8 +4,13 @@
 
 namespace onemap::comms {
 
-Assembly::Assembly(std::uint32_t guessed_fragments)
-    : missing_(guessed_fragments), fragments_(guessed_fragments, kMissing) {}
+void Assembly::begin(std::uint32_t guessed_fragments) {
+  fragments_.assign(guessed_fragments, kMissing);
+  known_ = false;
+  here_ = 0;
+  hops_ = 0;
+  missing_ = guessed_fragments;
+}
 
 bool Assembly::agrees(const wire::Data& data) const {
   return kind_ == data.kind && total_bytes_ == data.total_bytes && hash_ == data.body_hash;
@@ -21,13 +26,7 @@ void Assembly::learn(const wire::Data& data) {
   count_missing();
 }
 
-void Assembly::restart() {
-  std::fill(fragments_.begin(), fragments_.end(), kMissing);
-  known_ = false;
-  here_ = 0;
-  hops_ = 0;
-  count_missing();
-}
+void Assembly::restart() { begin(fragments()); }
 
 void Assembly::asked(std::uint32_t fragment, std::uint32_t serial) {
   fragments_[fragment] = serial;

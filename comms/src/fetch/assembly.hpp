@@ -1,10 +1,11 @@
 #pragma once
 #include <cstdint>
 #include <optional>
-#include <utility>
+#include <span>
 #include <vector>
 
 #include "comms/wire/frames.hpp"
+#include "memory/memory.hpp"
 
 namespace onemap::comms {
 
@@ -12,7 +13,8 @@ namespace onemap::comms {
 // How many there are is a guess until the first one comes and says it.
 class Assembly {
  public:
-  explicit Assembly(std::uint32_t guessed_fragments = 0);
+  explicit Assembly(Memory& memory = heap()) : fragments_(&memory), body_(&memory) {}
+  void begin(std::uint32_t guessed_fragments);  // nothing is here, and nothing is asked for
 
   bool known() const { return known_; }
   bool agrees(const wire::Data& data) const;  // about kind, size and hash, with what is known
@@ -35,8 +37,7 @@ class Assembly {
   std::uint16_t kind() const { return kind_; }
   std::uint8_t hops() const { return hops_; }  // links that it came over: the most of any fragment
   std::uint32_t total_bytes() const { return total_bytes_; }
-  const std::vector<std::uint8_t>& body() const { return body_; }  // the payload
-  std::vector<std::uint8_t> take_body() { return std::exchange(body_, {}); }
+  std::span<const std::uint8_t> body() const { return body_; }  // the payload
 
   static constexpr std::uint32_t kMissing = 0, kHere = 0xFFFFFFFF;  // no serials
 
@@ -48,8 +49,8 @@ class Assembly {
   std::uint32_t total_bytes_ = 0;
   std::uint64_t hash_ = 0;
   std::uint32_t here_ = 0, missing_ = 0;
-  std::vector<std::uint32_t> fragments_;
-  std::vector<std::uint8_t> body_;
+  std::pmr::vector<std::uint32_t> fragments_;
+  std::pmr::vector<std::uint8_t> body_;
 };
 
 }  // namespace onemap::comms

@@ -17,13 +17,25 @@ constexpr Duration kServerQueue = milliseconds(60);
 constexpr auto kWantDelay = milliseconds(2);  // bulk asks wait so long for company
 }  // namespace
 
-Fetcher::Fetcher(Limits limits, LogStore& store, Notary& notary, Counters& counters, Judge judge, KeepingOf keeping)
-    : limits_(limits),
+Fetcher::Fetcher(Limits limits, LogStore& store, HeldLogs& here, Notary& notary, Counters& counters, Judge judge,
+                 KeepingOf keeping, Memory& memory)
+    : memory_(&memory),
+      limits_(limits),
       store_(store),
+      here_(here),
       notary_(notary),
       counters_(counters),
       judge_(std::move(judge)),
-      keeping_(std::move(keeping)) {
+      keeping_(std::move(keeping)),
+      fetches_(&memory),
+      needs_(of_each_lane<std::pmr::set<RecordId>>(memory)),
+      lacking_(of_each_lane<std::pmr::map<LogId, std::uint32_t>>(memory)),
+      blocked_(&memory),
+      sizes_(&memory),
+      stored_(&memory),
+      stored_taken_(&memory),
+      spoilt_(&memory),
+      spoilt_taken_(&memory) {
   // Room for the largest record, or it would never arrive.
   limits_.reassembly_bytes =
       std::max(limits_.reassembly_bytes, wire::kMaxPayloadBytes + 2 * kMaxGuess * kFragmentBytes);
@@ -41,10 +53,7 @@ std::size_t Fetcher::window(const Peer& peer, std::uint8_t lane) const {
   return lane < kFirstBulkLane ? whole + whole / 4 : whole;
 }
 
-std::uint32_t Fetcher::held(const LogId& log) const {
-  const auto at = store_.frontier().find(log);
-  return at == store_.frontier().end() ? 0 : at->second;
-}
+std::uint32_t Fetcher::held(const LogId& log) const { return here_.count(log); }
 
 // The most that a living neighbour holds of it.
 std::uint32_t Fetcher::offer(const LogId& log, const Peers& peers) const {
@@ -82,11 +91,16 @@ void Fetcher::note_need(const RecordId& id, const Fetch& fetch) {
 void Fetcher::plan(Instant now, Peers& peers) {
   no_room_for_ = std::numeric_limits<std::size_t>::max();
   if (std::exchange(offered_, false)) leave_the_silent(now, peers);
+  bool any = false, any_bulk = false;  // somebody may be asked
   for (auto& [endpoint, peer] : peers) {
+    if (!peer.who.alive) continue;
     const std::size_t out = peer.asks.outstanding() * kFragmentBytes;
     peer.asks.may_ask_bulk = out <= window(peer, kFirstBulkLane) / 8 * 7 && peer.budget.allows(now);
+    any_bulk |= peer.asks.may_ask_bulk;
+    any |= out + kFragmentBytes <= window(peer, 0);
   }
   for (std::uint8_t lane = 0; lane < kLaneCount; ++lane) {
+    if (lane < kFirstBulkLane ? !any : !any_bulk) continue;
     ask_missing(now, lane, peers);
     open_more(now, lane, peers);
   }
@@ -129,9 +143,9 @@ bool Fetcher::open(Instant now, const RecordId& id, Peers& peers) {
   if (id.log.lane >= kFirstBulkLane && !peer->asks.may_ask_bulk) return false;
   if (!make_room(id, guess * kFragmentBytes)) return false;
   sizes_.erase(id);
-  Fetch& fetch = fetches_[id];
+  Fetch& fetch = fetches_.try_emplace(id, *memory_).first->second;
   fetch.target = peer;
-  fetch.assembly = Assembly(static_cast<std::uint32_t>(guess));
+  fetch.assembly.begin(static_cast<std::uint32_t>(guess));
   fetch.reserved_bytes = guess * kFragmentBytes;
   used_bytes_ += fetch.reserved_bytes;
   note_need(id, fetch);

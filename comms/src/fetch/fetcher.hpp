@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -15,6 +16,8 @@
 #include "comms/wire/frames.hpp"
 #include "fetch/assembly.hpp"
 #include "hal/base/time.hpp"
+#include "held_logs.hpp"
+#include "memory/memory.hpp"
 #include "notary.hpp"
 #include "peer/peer.hpp"
 
@@ -24,14 +27,15 @@ namespace onemap::comms {
 // within a credit, notices losses, puts records together and stores them in log order.
 class Fetcher {
  public:
-  using Peers = std::map<Endpoint, Peer>;
+  using Peers = std::pmr::map<Endpoint, Peer>;
   struct Limits {
     std::size_t credit_bytes, most_credit_bytes, reassembly_bytes;
   };
   // Says at any time whether records of a log may come in (Refusal::count), or why not.
   using Judge = std::function<Refusal(const LogId&)>;
   // Of which kinds a later record takes an earlier one's place: nothing else may come without its body.
-  Fetcher(Limits limits, LogStore& store, Notary& notary, Counters& counters, Judge judge, KeepingOf keeping);
+  Fetcher(Limits limits, LogStore& store, HeldLogs& here, Notary& notary, Counters& counters, Judge judge,
+          KeepingOf keeping, Memory& memory);
 
   void offered(const LogId& log);  // a live neighbour holds more of this log than we do
   void on_data(Instant now, Peer& from, const wire::Data& data);
@@ -48,34 +52,39 @@ class Fetcher {
     RecordId id;
     std::uint8_t hops = 0;
   };
-  std::vector<Stored> take_stored() { return std::exchange(stored_, {}); }
+  using AllStored = std::pmr::vector<Stored>;
+  const AllStored& take_stored();  // until it is called again
   std::size_t credit_to_announce(const Peer& peer) const { return window(peer, 0); }
   struct Spoilt {  // a record that is not its author's next one
     RecordId id;
     Refusal reason;
     Endpoint from;  // whose last part it was
   };
-  std::vector<Spoilt> take_spoilt() { return std::exchange(spoilt_, {}); }
+  using AllSpoilt = std::pmr::vector<Spoilt>;
+  const AllSpoilt& take_spoilt();
   // Logs of which living neighbours hold more than is here, and how much more.
   std::vector<std::pair<LogId, std::uint32_t>> missing(const Peers& peers) const;
+  // Of the room for records that come in parts.
+  std::size_t bytes_left() const { return limits_.reassembly_bytes - std::min(used_bytes_, limits_.reassembly_bytes); }
   std::string store_full() const;  // the store's words, while complete records wait for room in it
 
  private:
   static constexpr std::uint32_t kMaxGuess = 64;
   struct Fetch {
+    explicit Fetch(Memory& memory) : assembly(memory) {}
     Assembly assembly;
-    std::optional<Record> whole;             // complete, and its payload is what its hash says
-    std::optional<SignedHead> by;            // of a record without its body, what took its place
+    bool whole = false;                      // all is here, and the payload is what its hash says
+    std::optional<wire::Head> head;          // all that is left of a record without its body
     std::optional<Notary::Verdict> verdict;  // when its predecessor was here
     Endpoint from;                           // who completed it
     std::uint8_t hops = 0;
-    Peer* target = nullptr;                              // who is asked
-    bool complete() const { return whole.has_value(); }  // it waits for its turn, or for room in the store
+    Peer* target = nullptr;                          // who is asked
+    bool complete() const { return whole || head; }  // it waits for its turn, or for room in the store
     std::size_t reserved_bytes = 0;
     unsigned bad_bodies = 0;  // complete, with a wrong hash
     Instant not_before{};     // then it is asked for again
   };
-  using Fetches = std::map<RecordId, Fetch>;
+  using Fetches = std::pmr::map<RecordId, Fetch>;
 
   std::size_t window(const Peer& peer, std::uint8_t lane) const;
   std::uint32_t held(const LogId& log) const;
@@ -97,42 +106,45 @@ class Fetcher {
   bool make_room(const RecordId& id, std::size_t bytes);
   void remember_size(const RecordId& id, std::uint32_t bytes);
   void settle(Instant now, Peer& from, const RecordId& id, Fetch& fetch);
-  void completed(Instant now, const Peer& from, std::uint8_t hops, Fetch& fetch, Record record);
+  void completed(Instant now, const Peer& from, std::uint8_t hops, LogId log, Fetch& fetch);
+  static Record record_of(const RecordId& id, const Fetch& fetch);
   void distrust(Instant now, Fetch& fetch);
-  bool is_replaced(const Record& record, const Fetch& fetch) const;
-  Notary::Verdict verdict_of(const Fetch& fetch) const;
+  bool is_replaced(const Record& record, const std::optional<SignedHead>& by) const;
+  Notary::Verdict verdict_of(const Record& record, const std::optional<SignedHead>& by) const;
   bool spoilt(Instant now, const RecordId& id, Fetch& fetch, Refusal reason);
-  bool is_authors_next(Instant now, const RecordId& id, Fetch& fetch);
-  Status store(const RecordId& id, const Fetch& fetch);
+  bool is_authors_next(Instant now, const Record& record, Fetch& fetch);
+  Status store(Record record, const Hash& hash, std::uint8_t hops);
   void store_in_order(Instant now, const LogId& log);
   bool refused(const LogId& log);
   // fetcher_losses.cpp
-  void lose(const std::vector<AskLedger::Fragment>& fragments);
+  void lose(const AskLedger::Fragments& fragments);
   void retarget(Instant now, Peer& silent, Peers& peers);
   void leave_the_silent(Instant now, Peers& peers);
   void release(const RecordId& id, Fetch& fetch);  // takes back all that was asked
   void restart(const RecordId& id, Fetch& fetch);  // forgets all that came
   void close(const RecordId& id);                  // as if never opened; it will be opened again
 
+  Memory* memory_;
   Limits limits_;
   LogStore& store_;
+  HeldLogs& here_;
   Notary& notary_;
   Counters& counters_;
   Judge judge_;
   KeepingOf keeping_;
   Fetches fetches_;
-  std::array<std::set<RecordId>, kLaneCount> needs_;                // with missing fragments
-  std::array<std::map<LogId, std::uint32_t>, kLaneCount> lacking_;  // log -> next record to open
-  std::array<std::uint32_t, kLaneCount> guess_{1, 1, 4, 8, 8};      // fragments of the next record
+  std::array<std::pmr::set<RecordId>, kLaneCount> needs_;                // with missing fragments
+  std::array<std::pmr::map<LogId, std::uint32_t>, kLaneCount> lacking_;  // log -> next record to open
+  std::array<std::uint32_t, kLaneCount> guess_{1, 1, 4, 8, 8};           // fragments of the next record
   struct Blocked {
     Instant again;
     std::string why;
   };
-  std::map<LogId, Blocked> blocked_;         // the store had no room; try again then
-  Instant wake_ = Instant::max();            // a fetch is asked for again then
-  std::map<RecordId, std::uint32_t> sizes_;  // of records whose fetch was closed for want of room
-  std::vector<Stored> stored_;
-  std::vector<Spoilt> spoilt_;
+  std::pmr::map<LogId, Blocked> blocked_;         // the store had no room; try again then
+  Instant wake_ = Instant::max();                 // a fetch is asked for again then
+  std::pmr::map<RecordId, std::uint32_t> sizes_;  // of records whose fetch was closed for want of room
+  AllStored stored_, stored_taken_;
+  AllSpoilt spoilt_, spoilt_taken_;
   std::size_t used_bytes_ = 0;
   bool offered_ = false;         // since the last plan
   std::size_t no_room_for_ = 0;  // looked for in vain since the last plan: so many bytes, and more

@@ -60,7 +60,7 @@ bool Fetcher::repeats_push(const wire::Data& data) const {
 void Fetcher::accept_pushed(Instant now, Peer& from, const wire::Data& data) {
   if (wire::body_hash(data.kind, data.bytes) != data.body_hash) return counters_.refuse(Refusal::data_bad_hash);
   if (!make_room(data.id, data.bytes.size())) return counters_.refuse(Refusal::reassembly_full);
-  Fetch& fetch = fetches_[data.id];
+  Fetch& fetch = fetches_.try_emplace(data.id, *memory_).first->second;
   fetch.reserved_bytes = data.bytes.size();
   used_bytes_ += fetch.reserved_bytes;
   fetch.assembly.learn(data);
@@ -138,11 +138,8 @@ void Fetcher::settle(Instant now, Peer& from, const RecordId& id, Fetch& fetch) 
     from.asks.avoid(now);
     return distrust(now, fetch);
   }
-  Record record;
-  record.id = id;
-  record.kind = fetch.assembly.kind();
-  wire::take_apart(fetch.assembly.take_body(), record);
-  completed(now, from, fetch.assembly.hops(), fetch, std::move(record));
+  fetch.whole = true;
+  completed(now, from, fetch.assembly.hops(), id.log, fetch);
 }
 
 // Its body was dropped where it came from: that is all that there is of it, if what took its place is shown. A body
@@ -152,22 +149,16 @@ void Fetcher::on_head(Instant now, Peer& from, const wire::Head& head) {
   if (at == fetches_.end() || at->second.complete()) return counters_.refuse(Refusal::data_unasked);
   Fetch& fetch = at->second;
   release(at->first, fetch);
-  fetch.assembly = Assembly();
+  fetch.assembly.begin(0);
   note_need(at->first, fetch);
   used_bytes_ -= std::exchange(fetch.reserved_bytes, 0);
   from.asks.progressed(now, at->first.log.lane);
-  Record record;
-  record.id = at->first;
-  record.kind = head.record.kind;
-  record.seal = {head.record.previous, head.record.replaces, head.signature};
-  record.dropped = DroppedBody{head.record.bytes, head.record.body};
-  fetch.by = head.by;
-  completed(now, from, static_cast<std::uint8_t>(std::min(head.hops + 1, 255)), fetch, std::move(record));
+  fetch.head = head;
+  completed(now, from, static_cast<std::uint8_t>(std::min(head.hops + 1, 255)), at->first.log, fetch);
 }
 
-void Fetcher::completed(Instant now, const Peer& from, std::uint8_t hops, Fetch& fetch, Record record) {
-  const LogId log = record.id.log;
-  fetch.whole = std::move(record);
+// The log's name is a copy: the fetch may be over, and with it the id that it came from.
+void Fetcher::completed(Instant now, const Peer& from, std::uint8_t hops, LogId log, Fetch& fetch) {
   fetch.verdict.reset();
   fetch.from = from.endpoint;
   fetch.hops = hops;
@@ -185,22 +176,21 @@ void Fetcher::distrust(Instant now, Fetch& fetch) {
 
 // Looked at once, when its predecessor is here. What is not its author's, or not all that counts of it, is asked for
 // again, elsewhere if possible; a log whose author contradicts itself ends here.
-bool Fetcher::is_authors_next(Instant now, const RecordId& id, Fetch& fetch) {
-  if (!fetch.verdict) fetch.verdict = verdict_of(fetch);
+bool Fetcher::is_authors_next(Instant now, const Record& record, Fetch& fetch) {
+  if (!fetch.verdict) fetch.verdict = verdict_of(record, fetch.head ? std::optional(fetch.head->by) : std::nullopt);
   const Refusal reason = fetch.verdict->reason;
-  return reason == Refusal::count || spoilt(now, id, fetch, reason);
+  return reason == Refusal::count || spoilt(now, record.id, fetch, reason);
 }
 
-Notary::Verdict Fetcher::verdict_of(const Fetch& fetch) const {
-  Notary::Verdict verdict = notary_.look_at(*fetch.whole);
-  const bool lacks_its_body = fetch.whole->dropped.has_value();
-  if (verdict.reason == Refusal::count && lacks_its_body && !is_replaced(*fetch.whole, fetch))
+Notary::Verdict Fetcher::verdict_of(const Record& record, const std::optional<SignedHead>& by) const {
+  Notary::Verdict verdict = notary_.look_at(record);
+  if (verdict.reason == Refusal::count && record.dropped && !is_replaced(record, by))
     verdict.reason = Refusal::live_head;
   return verdict;
 }
 
-bool Fetcher::is_replaced(const Record& record, const Fetch& fetch) const {
-  return fetch.by && keeping_ && keeping_(record.kind) != Keeping::always && notary_.vouches(record, *fetch.by);
+bool Fetcher::is_replaced(const Record& record, const std::optional<SignedHead>& by) const {
+  return by && keeping_ && keeping_(record.kind) != Keeping::always && notary_.vouches(record, *by);
 }
 
 // Never true.
@@ -213,10 +203,10 @@ bool Fetcher::spoilt(Instant now, const RecordId& id, Fetch& fetch, Refusal reas
     abandon([&](const LogId& other) { return other == log; });
     return false;
   }
-  fetch.whole.reset();
-  fetch.by.reset();
+  fetch.whole = false;
+  fetch.head.reset();
   release(id, fetch);
-  fetch.assembly = Assembly(1);
+  fetch.assembly.begin(1);
   note_need(id, fetch);
   distrust(now, fetch);
   return false;
@@ -228,8 +218,9 @@ void Fetcher::store_in_order(Instant now, const LogId& log) {
        at = fetches_.find({log, held(log)})) {
     if (refused(log)) return;
     Fetch& fetch = at->second;
-    if (!is_authors_next(now, at->first, fetch)) return;
-    if (auto kept = store(at->first, fetch); !kept) {
+    Record record = record_of(at->first, fetch);
+    if (!is_authors_next(now, record, fetch)) return;
+    if (auto kept = store(std::move(record), fetch.verdict->hash, fetch.hops); !kept) {
       counters_.refuse(Refusal::store_refused);
       blocked_[log] = {now + kStoreRetry, kept.error().text()};
       return;
@@ -239,13 +230,43 @@ void Fetcher::store_in_order(Instant now, const LogId& log) {
   }
 }
 
-// The record is copied only because the store may refuse it: then it must survive for the next try.
-Status Fetcher::store(const RecordId& id, const Fetch& fetch) {
-  if (auto kept = store_.append(*fetch.whole); !kept) return kept;
-  notary_.took(*fetch.whole, fetch.verdict->hash);
+// Its parts stay until the store has it: it may refuse.
+Record Fetcher::record_of(const RecordId& id, const Fetch& fetch) {
+  Record record;
+  record.id = id;
+  if (fetch.head) {
+    const RecordHead& head = fetch.head->record;
+    record.kind = head.kind;
+    record.seal = {head.previous, head.replaces, fetch.head->signature};
+    record.dropped = DroppedBody{head.bytes, head.body};
+  } else {
+    record.kind = fetch.assembly.kind();
+    wire::take_apart(fetch.assembly.body(), record);
+  }
+  return record;
+}
+
+Status Fetcher::store(Record record, const Hash& hash, std::uint8_t hops) {
+  const RecordId id = record.id;
+  const Hash previous = record.seal.previous;
+  if (auto kept = store_.append(std::move(record)); !kept) return kept;
+  here_.took(id);
+  notary_.took(id, previous, hash);
   ++counters_.records_received;
-  stored_.push_back({id, fetch.hops});
+  stored_.push_back({id, hops});
   return success();
+}
+
+const Fetcher::AllStored& Fetcher::take_stored() {
+  stored_taken_.clear();
+  stored_taken_.swap(stored_);
+  return stored_taken_;
+}
+
+const Fetcher::AllSpoilt& Fetcher::take_spoilt() {
+  spoilt_taken_.clear();
+  spoilt_taken_.swap(spoilt_);
+  return spoilt_taken_;
 }
 
 namespace {
@@ -257,15 +278,11 @@ bool says_that_it_replaces(const RecordHead& later, const Record& record) {
 
 Refusal Fetcher::take(Instant now, Record record, std::optional<SignedHead> by) {
   const RecordId id = record.id;
-  Fetch brought;
-  if (by && says_that_it_replaces(by->head, record)) brought.by = by;
-  brought.whole = std::move(record);
-  Refusal reason = judge_(id.log);
-  if (reason == Refusal::count) {
-    brought.verdict = verdict_of(brought);
-    reason = brought.verdict->reason;
-  }
-  if (reason == Refusal::count && !store(id, brought)) reason = Refusal::store_refused;
+  if (by && !says_that_it_replaces(by->head, record)) by.reset();
+  Notary::Verdict verdict{judge_(id.log), {}};
+  if (verdict.reason == Refusal::count) verdict = verdict_of(record, by);
+  Refusal reason = verdict.reason;
+  if (reason == Refusal::count && !store(std::move(record), verdict.hash, 0)) reason = Refusal::store_refused;
   if (reason != Refusal::count) {
     counters_.refuse(reason);
     return reason;

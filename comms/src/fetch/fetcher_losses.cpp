@@ -20,7 +20,7 @@ void Fetcher::on_timer(Instant now, Peers& peers) {
     peer.asks.avoid(now);
     if (peer.asks.silences() > silences) retarget(now, peer, peers);
   }
-  std::vector<LogId> again;
+  std::pmr::vector<LogId> again(memory_);
   for (const auto& [log, blocked] : blocked_)
     if (blocked.again <= now) again.push_back(log);
   for (const LogId& log : again) store_in_order(now, log);
@@ -37,7 +37,7 @@ Instant Fetcher::next_deadline(const Peers& peers) const {
   return next;
 }
 
-void Fetcher::lose(const std::vector<AskLedger::Fragment>& fragments) {
+void Fetcher::lose(const AskLedger::Fragments& fragments) {
   for (const AskLedger::Fragment& fragment : fragments) {
     const auto at = fetches_.find(fragment.id);
     if (at == fetches_.end()) continue;
@@ -77,7 +77,7 @@ void Fetcher::drop(Peer& peer) {
 }
 
 void Fetcher::abandon(const std::function<bool(const LogId&)>& which) {
-  std::vector<RecordId> records;
+  std::pmr::vector<RecordId> records(memory_);
   for (const auto& [id, fetch] : fetches_)
     if (which(id.log)) records.push_back(id);
   for (const RecordId& id : records) close(id);

@@ -37,7 +37,7 @@ void Outbox::tell(const LogId& log, Instant at, bool is_news) {
   have_at_ = earlier(have_at_, at);
 }
 
-void Outbox::told(Instant now, const std::vector<wire::HaveEntry>& entries, std::size_t count, unsigned copies) {
+void Outbox::told(Instant now, std::span<const wire::HaveEntry> entries, std::size_t count, unsigned copies) {
   last_have_ = now;
   if (std::exchange(has_news_, false)) copies_left_ = count < changed_.size() ? 1 : copies;
   if (copies_left_ > 0) --copies_left_;

@@ -2,11 +2,13 @@
 #include <cstdint>
 #include <optional>
 #include <set>
+#include <span>
 #include <vector>
 
 #include "comms/wire/frames.hpp"
 #include "hal/base/record.hpp"
 #include "hal/base/time.hpp"
+#include "memory/memory.hpp"
 
 namespace onemap::comms {
 
@@ -14,6 +16,7 @@ namespace onemap::comms {
 class Outbox {
  public:
   static constexpr std::size_t kManyWants = 32;  // a full datagram of them does not wait
+  explicit Outbox(Memory& memory = heap()) : changed_(&memory), wants_(&memory) {}
 
   bool beacon_due = false;
   bool have_request_due = false;
@@ -36,8 +39,8 @@ class Outbox {
   // HAVE: what changed since it was told. What is news to it, or what it requested, goes in several copies, a little
   // apart, when it fits one datagram: else a lost one costs a beacon's interval.
   void tell(const LogId& log, Instant at, bool is_news = false);
-  void told(Instant now, const std::vector<wire::HaveEntry>& entries, std::size_t count, unsigned copies = 1);
-  const std::set<LogId>& changed() const { return changed_; }
+  void told(Instant now, std::span<const wire::HaveEntry> entries, std::size_t count, unsigned copies = 1);
+  const std::pmr::set<LogId>& changed() const { return changed_; }
   bool have_due(Instant now) const { return have_at_ && *have_at_ <= now; }
   Instant last_have() const { return last_have_; }
   bool may_tell_all(Instant now);  // at most every 20 ms
@@ -45,7 +48,7 @@ class Outbox {
   // WANT
   void want(const wire::WantEntry& entry, Instant at);
   void wanted(Instant now, std::size_t count);  // the first ones were sent
-  const std::vector<wire::WantEntry>& wants() const { return wants_; }
+  const std::pmr::vector<wire::WantEntry>& wants() const { return wants_; }
   void want_nothing();
 
   bool due(Instant now) const;          // more than a beacon
@@ -53,14 +56,14 @@ class Outbox {
   void fell_silent();                   // nothing of this concerns it any longer
 
  private:
-  std::set<LogId> changed_;
+  std::pmr::set<LogId> changed_;
   bool has_news_ = false;
   unsigned copies_left_ = 0;  // of the last news
   std::optional<Instant> have_at_, want_at_;
   Instant last_have_{}, next_full_have_{}, later_life_again_{};
   std::uint64_t later_life_ = 0;
   unsigned later_life_left_ = 0;  // times that it is told again
-  std::vector<wire::WantEntry> wants_;
+  std::pmr::vector<wire::WantEntry> wants_;
 };
 
 }  // namespace onemap::comms

@@ -4,14 +4,14 @@
 
 namespace onemap::comms {
 
-void Peer::become(const RobotId& robot, std::uint64_t incarnation) {
-  Peer fresh;
+void Peer::become(const RobotId& robot, std::uint64_t incarnation, Memory& memory) {
+  Peer fresh(memory);
   fresh.endpoint = endpoint;
   fresh.configured = configured;
   fresh.ever_heard = ever_heard;
   fresh.session = session;
   fresh.session.begin_again();
-  fresh.rate = RateController(rate.bounds());
+  fresh.rate = RateController(rate.bounds(), memory);
   fresh.budget = budget;
   fresh.traffic = traffic;
   fresh.bytes_in = bytes_in;

@@ -7,6 +7,7 @@
 #include "fetch/ask_ledger.hpp"
 #include "hal/base/ids.hpp"
 #include "hal/base/time.hpp"
+#include "memory/memory.hpp"
 #include "peer/candidate.hpp"
 #include "peer/outbox.hpp"
 #include "peer/peer_frontier.hpp"
@@ -45,6 +46,8 @@ struct OwnWord {
 
 // All that is known about one endpoint, each part with its own rules.
 struct Peer {
+  explicit Peer(Memory& memory)
+      : frontier(memory), outbox(memory), asks(memory), serve(memory), push(memory), rate({}, memory) {}
   Endpoint endpoint;
   bool configured = false;  // greeted although it never answered, and keeps its place
   bool ever_heard = false;  // by whatever name
@@ -68,7 +71,7 @@ struct Peer {
   std::uint64_t bytes_in = 0, bytes_out = 0;
 
   // Another robot or life speaks from here from now on: nothing that was known holds, but we go on counting.
-  void become(const RobotId& robot, std::uint64_t incarnation);
+  void become(const RobotId& robot, std::uint64_t incarnation, Memory& memory);
 };
 
 }  // namespace onemap::comms

@@ -19,8 +19,8 @@ constexpr unsigned kPatientRequests = 6, kMostSteps = 5;  // then twice as long 
 }  // namespace
 
 std::uint32_t PeerFrontier::count(const LogId& log) const {
-  const auto at = logs_.find(log);
-  return at == logs_.end() ? 0 : at->second;
+  const std::uint32_t* const known = logs_.find(log);
+  return known == nullptr ? 0 : *known;
 }
 
 bool PeerFrontier::raise(const LogId& log, std::uint32_t count) {

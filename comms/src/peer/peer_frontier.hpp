@@ -4,6 +4,7 @@
 
 #include "hal/base/record.hpp"
 #include "hal/base/time.hpp"
+#include "memory/log_map.hpp"
 
 namespace onemap::comms {
 
@@ -11,8 +12,10 @@ namespace onemap::comms {
 // differ, something was lost, and its whole frontier is requested, at sensible times.
 class PeerFrontier {
  public:
+  using Logs = LogMap<std::uint32_t>;
+  explicit PeerFrontier(Memory& memory = heap()) : logs_(memory) {}
   std::uint32_t count(const LogId& log) const;  // 0: nothing
-  const VersionVector& logs() const { return logs_; }
+  const Logs& logs() const { return logs_; }
   bool raise(const LogId& log, std::uint32_t count);  // true: more than before
   void refused_some();                                // an entry is not kept: the digests will differ for long
   void judge_again(Instant now);                      // what was refused may be welcome now: ask for it soon
@@ -30,7 +33,7 @@ class PeerFrontier {
 
  private:
   Instant not_too_often(Instant request) const;
-  VersionVector logs_;
+  Logs logs_;
   std::uint64_t digest_ = 0;
   std::uint64_t claimed_ = 0, claimed_in_ = 0;
   std::optional<Instant> request_at_;

@@ -7,6 +7,7 @@
 #include "comms/wire/frames.hpp"
 #include "hal/base/record.hpp"
 #include "hal/base/time.hpp"
+#include "memory/memory.hpp"
 
 namespace onemap::comms {
 
@@ -23,8 +24,9 @@ class PushQueue {
     RecordId id;
     std::uint16_t kind = 0;
     std::uint64_t hash = 0;
-    std::vector<std::uint8_t> payload;
+    std::pmr::vector<std::uint8_t> payload;
   };
+  explicit PushQueue(Memory& memory = heap()) : waiting_(&memory) {}
   bool push(std::shared_ptr<const Whole> record, Instant now, double loss);  // false: full
   bool due(Instant now) const { return !waiting_.empty() && waiting_.front().at <= now; }
   Instant next() const { return waiting_.empty() ? Instant::max() : waiting_.front().at; }
@@ -39,7 +41,7 @@ class PushQueue {
     std::shared_ptr<const Whole> record;
     unsigned copies = 0;  // still to be sent
   };
-  std::deque<Push> waiting_;  // in the order of `at`
+  std::pmr::deque<Push> waiting_;  // in the order of `at`
 };
 
 }  // namespace onemap::comms

@@ -38,6 +38,11 @@ void ServeQueue::pop(std::uint8_t lane) {
   --ranges_;
 }
 
+void ServeQueue::clear() {
+  for (auto& lane : lanes_) lane.clear();
+  queued_bytes_ = ranges_ = 0;
+}
+
 void ServeQueue::pop_record(std::uint8_t lane) {
   const Range& range = lanes_[lane].front();
   queued_bytes_ -= (range.end - range.next) * wire::kFragmentBytes;

@@ -5,6 +5,7 @@
 
 #include "comms/wire/payload.hpp"
 #include "hal/base/record.hpp"
+#include "memory/memory.hpp"
 
 namespace onemap::comms {
 
@@ -13,6 +14,7 @@ namespace onemap::comms {
 // stay in the store.
 class ServeQueue {
  public:
+  explicit ServeQueue(Memory& memory = heap()) : lanes_(of_each_lane<std::pmr::deque<Range>>(memory)) {}
   enum class Answer { queued, already_queued, over_credit };
   // [first, end) must lie within the record's payload; of a dropped body there is one fragment, its head.
   Answer push(const RecordId& id, std::uint8_t hops, std::uint32_t first, std::uint32_t end, std::size_t credit_bytes);
@@ -27,6 +29,7 @@ class ServeQueue {
   };
   Next front(std::uint8_t lane) const;  // the lane must not be empty
   void pop(std::uint8_t lane);
+  void clear();
   void pop_record(std::uint8_t lane);  // all that is left of the range in front: there is no such body any more
 
  private:
@@ -36,7 +39,7 @@ class ServeQueue {
     std::uint8_t hops = 0;
     std::uint32_t next = 0, end = 0;
   };
-  std::array<std::deque<Range>, kLaneCount> lanes_;
+  std::array<std::pmr::deque<Range>, kLaneCount> lanes_;
   std::size_t queued_bytes_ = 0, ranges_ = 0;
 };
 

@@ -37,8 +37,12 @@ double probing(double capacity) { return 31.6 * std::sqrt(capacity); }
 bool later(std::uint32_t a, std::uint32_t b) { return static_cast<std::int32_t>(a - b) > 0; }
 }  // namespace
 
-RateController::RateController(const RateBounds& bounds)
-    : bounds_(bounds), rate_(std::clamp(bounds.first, bounds.least, bounds.most)), capacity_(rate_) {}
+RateController::RateController(const RateBounds& bounds, Memory& memory)
+    : bounds_(bounds),
+      rate_(std::clamp(bounds.first, bounds.least, bounds.most)),
+      capacity_(rate_),
+      log_(memory),
+      points_(&memory) {}
 
 void RateController::sent(Instant now, std::uint32_t counter, std::size_t payload, bool data) {
   const std::size_t bytes = payload + kIpUdpBytes;
@@ -59,9 +63,9 @@ bool RateController::silent(Instant now) const {
 Instant RateController::next(Instant now) const { return silent(now) ? std::max(next_, data_at_ + kProbe) : next_; }
 
 void RateController::feedback(Instant now, const wire::Feedback& feedback) {
-  const SentLog::Entry* sent = log_.find(feedback.highest);
+  const auto sent = log_.find(feedback.highest);
   const Duration held = microseconds(feedback.delay_us);
-  if (sent == nullptr || now - sent->at < held) return;  // of another session, or nonsense
+  if (!sent || now - sent->at < held) return;  // of another session, or nonsense
   if (last_ && !later(feedback.highest, last_->highest)) return;
   const bool was_silent = silent(now);
   if (last_ && now - last_at_ > kStale) begin_again();

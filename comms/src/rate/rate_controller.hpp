@@ -6,6 +6,7 @@
 
 #include "comms/wire/frames.hpp"
 #include "hal/base/time.hpp"
+#include "memory/memory.hpp"
 #include "rate/loss_meter.hpp"
 #include "rate/queue_delay.hpp"
 #include "rate/sent_log.hpp"
@@ -23,7 +24,7 @@ struct RateBounds {
 class RateController {
  public:
   static constexpr std::size_t kIpUdpBytes = 28;
-  explicit RateController(const RateBounds& bounds = {});
+  explicit RateController(const RateBounds& bounds = {}, Memory& memory = heap());
 
   // A datagram left, with so many bytes of UDP payload. `data`: it waited for open().
   void sent(Instant now, std::uint32_t counter, std::size_t bytes, bool data);
@@ -63,7 +64,7 @@ class RateController {
   SentLog log_;
   QueueDelay delay_;
   LossMeter loss_;
-  std::deque<Point> points_;
+  std::pmr::deque<Point> points_;
   bool limited_ = true;            // as held_up() said, since the last datagram
   std::uint32_t limited_at_ = 0;   // the last datagram before which it was held up
   std::uint32_t newest_data_ = 0;  // counter of the last datagram with data

@@ -8,10 +8,11 @@ std::optional<Duration> Conduct::strike(Instant now, const PublicKey& who) {
   if (!records_.contains(who) && records_.size() >= kMost)
     records_.erase(std::ranges::min_element(records_, {}, [](const auto& entry) { return entry.second.until; }));
   Record& record = records_[who];
-  while (!record.strikes.empty() && now - record.strikes.front() >= kWithin) record.strikes.pop_front();
-  record.strikes.push_back(now);
-  if (record.strikes.size() < kStrikes) return std::nullopt;
-  record.strikes.clear();
+  while (record.count > 0 && now - record.strikes[record.count - 1] >= kWithin) --record.count;
+  std::shift_right(record.strikes.begin(), record.strikes.end(), 1);
+  record.strikes.front() = now;
+  if (++record.count < kStrikes) return std::nullopt;
+  record.count = 0;
   const Duration penalty = record.next_penalty;
   record.until = now + penalty;
   record.next_penalty = std::min(2 * penalty, kLongestPenalty);

@@ -1,11 +1,12 @@
 #pragma once
+#include <array>
 #include <cstddef>
-#include <deque>
 #include <map>
 #include <optional>
 
 #include "comms/identity.hpp"
 #include "hal/base/time.hpp"
+#include "memory/memory.hpp"
 
 namespace onemap::comms {
 
@@ -13,6 +14,7 @@ namespace onemap::comms {
 // a minute, the next time for two, and so on up to an hour.
 class Conduct {
  public:
+  explicit Conduct(Memory& memory = heap()) : records_(&memory) {}
   static constexpr std::size_t kStrikes = 8;
   static constexpr Duration kWithin = std::chrono::minutes(1), kFirstPenalty = std::chrono::minutes(1),
                             kLongestPenalty = std::chrono::hours(1);
@@ -23,11 +25,12 @@ class Conduct {
  private:
   static constexpr std::size_t kMost = 256;  // robots of whom this is known
   struct Record {
-    std::deque<Instant> strikes;
+    std::array<Instant, kStrikes> strikes{};  // the latest ones, the last of all first
+    std::size_t count = 0;
     Instant until{};
     Duration next_penalty = kFirstPenalty;
   };
-  std::map<PublicKey, Record> records_;
+  std::pmr::map<PublicKey, Record> records_;
 };
 
 }  // namespace onemap::comms

@@ -5,6 +5,7 @@
 #include "comms/datagram_port.hpp"
 #include "hal/base/ids.hpp"
 #include "hal/base/time.hpp"
+#include "memory/memory.hpp"
 #include "session/cookies.hpp"
 
 namespace onemap::comms {
@@ -13,7 +14,8 @@ namespace onemap::comms {
 // only what is newer than all before is taken, so a copy says nothing.
 class GroupSeal {
  public:
-  GroupSeal(const Secret32& key, std::uint64_t incarnation) : key_(key), incarnation_(incarnation) {}
+  GroupSeal(const Secret32& key, std::uint64_t incarnation, Memory& memory = heap())
+      : key_(key), incarnation_(incarnation), senders_(&memory) {}
 
   // A plain group datagram of the Node becomes a sealed one, in its place.
   void seal(OutgoingDatagram& datagram, const RandomBytes& random);
@@ -35,7 +37,7 @@ class GroupSeal {
   bool is_news(Instant now, const Opened& opened);
   const Secret32& key_;
   std::uint64_t incarnation_, counter_ = 0;
-  std::map<RobotId, Sender> senders_;
+  std::pmr::map<RobotId, Sender> senders_;
 };
 
 }  // namespace onemap::comms

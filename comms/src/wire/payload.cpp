@@ -1,10 +1,10 @@
 #include "comms/wire/payload.hpp"
 
+#define XXH_STATIC_LINKING_ONLY  // its state, so that it takes no memory of its own
 #include <xxhash.h>
 
 #include <algorithm>
 #include <cassert>
-#include <memory>
 #include <span>
 
 #include "hal/base/bytes.hpp"
@@ -23,11 +23,12 @@ std::array<std::uint8_t, kSealBytes> bytes_of(const Seal& seal) {
 
 std::uint64_t payload_hash(const Record& record) {
   const auto seal = bytes_of(record.seal);
-  const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(), XXH3_freeState);
-  XXH3_64bits_reset_withSeed(state.get(), record.kind);
-  XXH3_64bits_update(state.get(), record.body.data(), record.body.size());
-  XXH3_64bits_update(state.get(), seal.data(), seal.size());
-  return XXH3_64bits_digest(state.get());
+  XXH3_state_t state;
+  XXH3_INITSTATE(&state);
+  XXH3_64bits_reset_withSeed(&state, record.kind);
+  XXH3_64bits_update(&state, record.body.data(), record.body.size());
+  XXH3_64bits_update(&state, seal.data(), seal.size());
+  return XXH3_64bits_digest(&state);
 }
 
 std::span<const std::uint8_t> fragment_of(const Record& record, std::uint32_t fragment, FragmentBuffer& scratch) {
@@ -41,14 +42,14 @@ std::span<const std::uint8_t> fragment_of(const Record& record, std::uint32_t fr
   return std::span(scratch).first(n);
 }
 
-void take_apart(std::vector<std::uint8_t> payload, Record& record) {
+void take_apart(std::span<const std::uint8_t> payload, Record& record) {
   assert(payload.size() >= kSealBytes);
-  ByteReader seal(std::span<const std::uint8_t>(payload).last(kSealBytes));
+  ByteReader seal(payload.last(kSealBytes));
   get_bytes(seal, record.seal.previous);
   record.seal.replaces = seal.get<std::uint32_t>();
   get_bytes(seal, record.seal.signature);
-  payload.resize(payload.size() - kSealBytes);
-  record.body = std::move(payload);
+  const auto body = payload.first(payload.size() - kSealBytes);
+  record.body.assign(body.begin(), body.end());
 }
 
 }  // namespace onemap::comms::wire

@@ -56,6 +56,7 @@ struct RadioView {
   bool delivered = true;                         // neighbours hold this robot's control and pose records
   std::vector<comms::NeighbourStatus> neighbours;
   comms::ScalarsView scalars;              // what the team agrees on
+  comms::MemoryView memory;                // of the exchange, its store aside
   comms::Counters counters;                // of this robot's present life
   std::map<RobotId, RecordTally> records;  // by author, as they were applied
 };

@@ -106,6 +106,12 @@ void add_map(const RobotFacts& f, PrometheusText& out) {
           count(f.team.needless_keyframes));
   out.one("onemap_bodies_let_go_total", Type::counter, "Bodies of replaced records that were given up.",
           count(f.radio.let_go));
+  out.one("onemap_exchange_memory_bytes", Type::gauge, "Used of the block in which the exchange lives.",
+          static_cast<double>(f.radio.memory.used));
+  out.one("onemap_exchange_memory_capacity_bytes", Type::gauge, "Size of that block, which is taken at the start.",
+          static_cast<double>(f.radio.memory.capacity));
+  out.one("onemap_exchange_memory_spilled_total", Type::counter, "Pieces that did not fit there: the heap gave them.",
+          count(f.radio.memory.spilled));
   out.one("onemap_maps_fused_total", Type::counter, "Global maps that were fused.", count(f.links.maps_fused));
   out.one("onemap_merge_seconds", Type::gauge, "From the end of the last robot's work to the map.",
           to_seconds(f.team.merge));

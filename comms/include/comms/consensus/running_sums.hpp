@@ -1,5 +1,6 @@
 #pragma once
 #include <map>
+#include <memory_resource>
 #include <span>
 
 #include "hal/base/ids.hpp"
@@ -24,7 +25,9 @@ class RunningSums {
   // Greater amounts, and what is no number, are nobody's honest message.
   static constexpr double kMost = 1e15;
 
-  explicit RunningSums(Mass own) : held_(own) {}
+  explicit RunningSums(Mass own, std::pmr::memory_resource& memory = *std::pmr::new_delete_resource())
+      : held_(own), given_(&memory), taken_(&memory) {}
+  void begin(Mass own);  // nothing was given or taken
 
   struct Link {
     RobotId to;
@@ -42,7 +45,7 @@ class RunningSums {
 
  private:
   Mass held_;
-  std::map<RobotId, Mass> given_, taken_;
+  std::pmr::map<RobotId, Mass> given_, taken_;
 };
 
 }  // namespace onemap::comms

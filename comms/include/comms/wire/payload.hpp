@@ -18,6 +18,6 @@ using FragmentBuffer = std::array<std::uint8_t, kFragmentBytes>;
 // One fragment's bytes: in the body, or gathered in `scratch` where it ends.
 std::span<const std::uint8_t> fragment_of(const Record& record, std::uint32_t fragment, FragmentBuffer& scratch);
 // Takes a whole payload apart; it has at least a seal.
-void take_apart(std::vector<std::uint8_t> payload, Record& record);
+void take_apart(std::span<const std::uint8_t> payload, Record& record);
 
 }  // namespace onemap::comms::wire

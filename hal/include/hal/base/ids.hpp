@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <bit>
 #include <compare>
 #include <cstdint>
 #include <string>
@@ -11,7 +12,14 @@ namespace onemap {
 // A-Z a-z 0-9 _ . -), zero padded; an identity key's hash fits the same room.
 struct RobotId {
   std::array<std::uint8_t, 16> bytes{};
-  auto operator<=>(const RobotId&) const = default;
+  bool operator==(const RobotId&) const = default;
+  // Byte by byte, eight of them at a time: every map of the exchange is ordered by this.
+  constexpr std::strong_ordering operator<=>(const RobotId& other) const {
+    const auto halves = std::bit_cast<std::array<std::uint64_t, 2>>(bytes);
+    const auto others = std::bit_cast<std::array<std::uint64_t, 2>>(other.bytes);
+    if (halves[0] != others[0]) return most_significant_first(halves[0]) <=> most_significant_first(others[0]);
+    return most_significant_first(halves[1]) <=> most_significant_first(others[1]);
+  }
 
   static constexpr bool valid_name(std::string_view name) {
     if (name.empty() || name.size() > 16) return false;
@@ -42,6 +50,11 @@ struct RobotId {
       text.push_back(static_cast<char>(b));
     }
     return text;
+  }
+
+ private:
+  static constexpr std::uint64_t most_significant_first(std::uint64_t bytes) {
+    return std::endian::native == std::endian::little ? __builtin_bswap64(bytes) : bytes;
   }
 };
 
