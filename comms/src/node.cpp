@@ -149,7 +149,10 @@ std::uint32_t Node::Impl::told(const LogId& log) const {
 }
 
 void Node::Impl::stored(const RecordId& id, std::uint8_t hop_count) {
-  constexpr auto kHaveGap = std::chrono::milliseconds(5), kHaveIdle = std::chrono::milliseconds(50);
+  constexpr auto kHaveGap = std::chrono::milliseconds(5);
+  // Who has it from somebody else is in no hurry to hear that it is here, too. Who gets it pushed may not get it, and
+  // an author may wait for the news.
+  constexpr auto kSoon = std::chrono::milliseconds(50), kIdle = std::chrono::milliseconds(300);
   applied.push(id.log, id.seq, id.seq + 1);
   hops[id.log].push_back(hop_count);
   team.recorded(id.log, id.seq == 0, now);
@@ -158,7 +161,9 @@ void Node::Impl::stored(const RecordId& id, std::uint8_t hop_count) {
   for (auto& [endpoint, peer] : peers) {
     if (!peer.who.alive) continue;
     const bool lacks_it = peer.frontier.count(id.log) <= id.seq && !peer.push.holds(id);
-    peer.outbox.tell(id.log, lacks_it ? std::max(now, peer.outbox.last_have() + kHaveGap) : now + kHaveIdle, lacks_it);
+    const bool soon = id.log.robot == config.self || id.log.robot == peer.who.robot;
+    const Instant idle = now + (soon ? kSoon : kIdle);
+    peer.outbox.tell(id.log, lacks_it ? std::max(now, peer.outbox.last_have() + kHaveGap) : idle, lacks_it);
   }
   const RobotStatus& own = team.own();
   team.set_own(frontier_digest, own.map_digest, own.flags);

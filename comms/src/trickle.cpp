@@ -4,13 +4,9 @@
 
 namespace onemap::comms {
 
-namespace {
-constexpr auto kGap = std::chrono::milliseconds(100);
-}  // namespace
-
-void Trickle::changed(Instant now) {
+void Trickle::changed(Instant now, Duration gap) {
   interval_ = shortest_;
-  at_ = std::min(at_, std::max(now, last_ + kGap));
+  at_ = std::min(at_, std::max(now, last_ + gap));
 }
 
 void Trickle::said(Instant now, Duration at_most, SplitMix& random) {

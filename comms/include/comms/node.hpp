@@ -164,7 +164,8 @@ class Node {
   // log here. by: if its body is gone, the head of the later record that made it needless. Count: it is here now; else
   // why not, counted. A fork does not end its log here: who brought it is no neighbour that would bring it again.
   Refusal take(Instant now, Record record, std::optional<SignedHead> by);
-  // What beacons say about this robot; sent at once when it changed (at most ten times a second).
+  // What beacons say about this robot; sent at once when it changed (at most ten times a second, and
+  // seldomer with more than four neighbours).
   void set_local_status(Instant now, std::uint64_t map_digest, std::uint8_t flags);
 
   // What this robot brings to the team's talks, as often as it is known anew.
