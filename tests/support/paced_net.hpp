@@ -1,6 +1,6 @@
 #pragma once
-// Real Nodes over links with a rate and a queue, in virtual time. Two robots each have a link of their own, or several
-// pairs of robots share one.
+// Real Nodes, behind Guards where their config says sealed, over links with a rate and a queue, in virtual time. Two
+// robots each have a link of their own, or several pairs of robots share one.
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "comms/guard.hpp"
 #include "comms/memory_store.hpp"
 #include "comms/node.hpp"
 #include "support/link_model.hpp"
@@ -26,9 +27,20 @@ class PacedNet {
 
   struct Robot {
     std::unique_ptr<MemoryStore> store;
+    std::unique_ptr<Pins> pins = std::make_unique<Pins>();
     std::unique_ptr<Node> node;
+    std::unique_ptr<Guard> guard;
     std::function<void(const Record&)> applied;
     bool on = true;
+
+    void on_datagram(Instant now, const Endpoint& from, std::span<const std::uint8_t> bytes) {
+      guard ? guard->on_datagram(now, from, bytes) : node->on_datagram(now, from, bytes);
+    }
+    void on_timer(Instant now) { guard ? guard->on_timer(now) : node->on_timer(now); }
+    Instant next_deadline() const { return guard ? guard->next_deadline() : node->next_deadline(); }
+    bool next_outgoing(OutgoingDatagram& datagram) {
+      return guard ? guard->next_outgoing(datagram) : node->next_outgoing(datagram);
+    }
   };
   static Endpoint address(std::size_t robot) {
     return Endpoint::ipv4(10, 0, 0, 1, static_cast<std::uint16_t>(7000 + robot));
@@ -40,6 +52,7 @@ class PacedNet {
     Robot robot;
     robot.store = std::make_unique<MemoryStore>(256u << 20);
     robot.node = std::make_unique<Node>(config, *robot.store);
+    if (config.sealed) robot.guard = guard_of(config, robot);
     robots_.push_back(std::move(robot));
     return i;
   }
@@ -100,10 +113,17 @@ class PacedNet {
     std::deque<RecordId> written;
   };
 
+  std::unique_ptr<Guard> guard_of(const NodeConfig& config, Robot& robot) {
+    GuardConfig guard{config.self, config.incarnation, {}, TeamKey({1, 2, 3}), *config.identity, {}, {}, 64};
+    guard.random = [random = test::Random(random_.next())](std::span<std::uint8_t> bytes) mutable {
+      for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random.next() >> 56);
+    };
+    return std::make_unique<Guard>(std::move(guard), *robot.node, *robot.pins);
+  }
   Instant next_event() const {
     Instant next = events_.empty() ? Instant::max() : events_.top().at;
     for (const Robot& robot : robots_)
-      if (robot.on) next = std::min(next, robot.node->next_deadline());
+      if (robot.on) next = std::min(next, robot.next_deadline());
     for (const Timer& timer : timers_) next = std::min(next, timer.next);
     return next;
   }
@@ -116,8 +136,8 @@ class PacedNet {
     for (Timer& timer : timers_)
       if (timer.next <= now_) timer.next += timer.interval, timer.what();
     for (std::size_t i = 0; i < robots_.size(); ++i) {
-      if (!robots_[i].on || robots_[i].node->next_deadline() > now_) continue;
-      robots_[i].node->on_timer(now_);
+      if (!robots_[i].on || robots_[i].next_deadline() > now_) continue;
+      robots_[i].on_timer(now_);
       drain(i);
     }
   }
@@ -136,7 +156,7 @@ class PacedNet {
   void drain(std::size_t i) {
     if (!robots_[i].on) return;
     OutgoingDatagram datagram;
-    while (robots_[i].node->next_outgoing(datagram)) transmit(i, datagram);
+    while (robots_[i].next_outgoing(datagram)) transmit(i, datagram);
     std::shared_ptr<const Record> record;
     while (robots_[i].node->next_applied(record))
       if (robots_[i].applied) robots_[i].applied(*record);
@@ -151,7 +171,7 @@ class PacedNet {
     for (std::size_t k = 0; k < arrivals.count; ++k)
       at(arrivals.at[k], [this, from, to, copy = std::vector<std::uint8_t>(bytes.begin(), bytes.end())] {
         if (!robots_[to].on) return;
-        robots_[to].node->on_datagram(now_, address(from), copy);
+        robots_[to].on_datagram(now_, address(from), copy);
         drain(to);
       });
   }

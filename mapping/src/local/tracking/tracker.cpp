@@ -86,10 +86,10 @@ void Tracker::see_motion(const Observed& first, const Observed& second, const St
 }
 
 std::optional<Pose> Tracker::between_images(const Observed& seen, const Pose& T_camera_robot) const {
-  constexpr double kLongest_s = 0.3;
+  constexpr double kLongestStep_s = 0.3;
   const double apart_s = to_seconds(seen.time - seen.depth_time), passed_s = to_seconds(seen.time - previous_time_);
   if (!Motion::matters(seen.depth_time, seen.time)) return std::nullopt;
-  if (state_ != TrackState::tracking || !(passed_s > 0 && passed_s <= kLongest_s)) return seen.T_colour_depth;
+  if (state_ != TrackState::tracking || !(passed_s > 0 && passed_s <= kLongestStep_s)) return seen.T_colour_depth;
   const double share = std::clamp(apart_s / passed_s, -1.0, 1.0);
   return small_motion(share * motion_between(T_previous_robot_, T_camera_robot));
 }
