@@ -49,10 +49,10 @@ struct NodeConfig {
   Duration neighbour_timeout = std::chrono::seconds(20);
   // Asked for and not yet arrived, from one neighbour: so much at first, and more on a way that is fast and long.
   std::size_t credit_bytes = 256u << 10, most_credit_bytes = 2u << 20;
-  std::size_t reassembly_bytes = 3u << 20;  // incomplete or out of order records
+  std::size_t reassembly_bytes = 7u << 19;  // incomplete or out of order records
   // One block, taken at the start, in which all that a Node and its Guard remember lives; records that are whole and
   // due go to the store. At once: its pages, too, and not as they are used.
-  std::size_t memory_bytes = 5888u << 10;
+  std::size_t memory_bytes = 25u << 18;
   bool memory_at_once = false;
   // Configured peers always have their place; of the other neighbours of one address there may be a quarter of
   // max_neighbours.

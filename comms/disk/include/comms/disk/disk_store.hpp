@@ -12,7 +12,7 @@ struct DiskStoreConfig {
   std::size_t budget_bytes = std::size_t{2048} << 20;  // of files, everybody's records together
   std::size_t author_bytes = 0;                        // one robot's records; 0: half of the budget
   std::size_t segment_bytes = 0;                       // of one file; 0: a 32nd of the budget, 64 KiB to 64 MiB
-  std::size_t index_bytes = std::size_t{11} << 19;     // in memory: eight bytes a record
+  std::size_t index_bytes = std::size_t{5} << 20;      // in memory: eight bytes a record
   std::size_t cache_bytes = std::size_t{1} << 20;      // in memory: bodies that were used lately
   std::size_t waiting_bytes = std::size_t{3} << 19;    // in memory: what is not on the disk yet, or cannot get there
 };
