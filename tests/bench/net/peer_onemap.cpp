@@ -1,6 +1,9 @@
+// Ours, as onemapd speaks in a team with a key: every datagram is sealed.
 #include <algorithm>
 #include <deque>
+#include <random>
 
+#include "comms/guard.hpp"
 #include "comms/memory_store.hpp"
 #include "comms/node.hpp"
 #include "comms/udp/udp_port.hpp"
@@ -16,7 +19,9 @@ Instant now() { return Instant(Clock::now().time_since_epoch()); }
 struct Side {
   comms::MemoryStore store{512u << 20};
   std::unique_ptr<comms::UdpPort> port;
+  comms::Pins pins;
   std::unique_ptr<comms::Node> node;
+  std::unique_ptr<comms::Guard> guard;
 
   bool open(const Job& job) {
     const auto with_port = [](const std::string& address) {  // 10.0.0.1, or with another port than ours
@@ -29,18 +34,26 @@ struct Side {
     config.self = RobotId::from_name(job.sends ? "sender" : "receiver");
     config.peers = {with_port(job.there)};
     config.bytes_per_second = 125'000'000;
+    config.identity = comms::Identity(comms::SecretSeed{static_cast<std::uint8_t>(job.sends ? 1 : 2)});
+    config.sealed = true;
     node = std::make_unique<comms::Node>(config, store);
+    comms::GuardConfig sealed{config.self, config.incarnation, {}, comms::TeamKey({1, 2, 3}), *config.identity, {}, {},
+                              64};
+    sealed.random = [device = std::make_shared<std::random_device>()](std::span<std::uint8_t> bytes) {
+      for (auto& byte : bytes) byte = static_cast<std::uint8_t>((*device)());
+    };
+    guard = std::make_unique<comms::Guard>(std::move(sealed), *node, pins);
     return true;
   }
   template <class Applied>
   void turn(Applied applied, Duration longest) {
-    const Duration sleep = std::min<Duration>(node->next_deadline() - now(), longest);
+    const Duration sleep = std::min<Duration>(guard->next_deadline() - now(), longest);
     if (sleep > Duration::zero()) port->wait(sleep);
     comms::IncomingDatagram in;
-    for (int i = 0; i < 64 && port->receive(in); ++i) node->on_datagram(now(), in.from, in.bytes());
-    if (now() >= node->next_deadline()) node->on_timer(now());
+    for (int i = 0; i < 64 && port->receive(in); ++i) guard->on_datagram(now(), in.from, in.bytes());
+    if (now() >= guard->next_deadline()) guard->on_timer(now());
     comms::OutgoingDatagram out;
-    while (node->next_outgoing(out)) port->send(out);
+    while (guard->next_outgoing(out)) port->send(out);
     std::shared_ptr<const Record> record;
     while (node->next_applied(record)) applied(*record);
   }

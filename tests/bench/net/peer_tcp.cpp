@@ -23,12 +23,25 @@ sockaddr_in at(const std::string& address, std::uint16_t port) {
   return in;
 }
 
+// False: the kernel has no such congestion control, and would go on with its own.
+bool choose(int s, const Job& job) {
+  return setsockopt(s, IPPROTO_TCP, TCP_CONGESTION, job.flavour.c_str(), static_cast<socklen_t>(job.flavour.size())) ==
+         0;
+}
+
+bool is_here(const Job& job) {
+  const int s = socket(AF_INET, SOCK_STREAM, 0);
+  const bool chosen = choose(s, job);
+  close(s);
+  return chosen;
+}
+
 int connect_to(const Job& job, std::uint16_t port) {
   const sockaddr_in there = at(job.there, port);
   for (int i = 0; i < 200; ++i) {
     const int s = socket(AF_INET, SOCK_STREAM, 0);
     const int on = 1;
-    setsockopt(s, IPPROTO_TCP, TCP_CONGESTION, job.flavour.c_str(), static_cast<socklen_t>(job.flavour.size()));
+    choose(s, job);
     setsockopt(s, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     if (connect(s, reinterpret_cast<const sockaddr*>(&there), sizeof there) == 0) return s;
     close(s);
@@ -92,6 +105,9 @@ int receive(const Job& job) {
 }
 }  // namespace
 
-int run_tcp(const Job& job) { return job.sends ? send(job) : receive(job); }
+int run_tcp(const Job& job) {
+  if (!is_here(job)) return 77;
+  return job.sends ? send(job) : receive(job);
+}
 
 }  // namespace onemap::bench
