@@ -128,6 +128,26 @@ TEST(Hostile, LogsInOneNameAreBounded) {
   EXPECT_TRUE(alone.node.frontier().contains({RobotId::from_name("evil"), 0, 100'000}));
 }
 
+// Claims of many neighbours together: they never take the room that records need, and nothing comes from the heap.
+TEST(Hostile, ClaimsTakeNoMoreMemoryThanThereIs) {
+  NodeConfig config;
+  config.memory_bytes = 2u << 20;
+  config.reassembly_bytes = 1u << 20;  // becomes 1.2 MB, so that the largest record fits
+  Alone alone(config, 64u << 20);
+  for (std::uint8_t k = 0; k < 20; ++k) {
+    Evil evil{alone, 5, Endpoint::ipv4(10, 0, 0, k, 1)};
+    evil.befriend("evil" + std::to_string(k));
+    std::vector<wire::HaveEntry> entries;
+    for (std::size_t i = 0; i < 1000; ++i) entries.push_back({{sim::numbered("r", i), 0, 1}, 1});
+    evil.offer(entries);
+  }
+  const MemoryView memory = alone.node.memory_view();
+  EXPECT_GT(alone.node.counters().of(Refusal::logs_full), 10'000u);
+  EXPECT_GT(alone.node.records_missing(), 500u) << "the first ones are believed";
+  EXPECT_EQ(memory.spilled, 0u);
+  EXPECT_LE(memory.most_used, memory.capacity - (wire::kMaxPayloadBytes + (128u << 10)));
+}
+
 TEST(Hostile, LogsThatOneNeighbourClaimsAreBounded) {
   NodeConfig config;
   config.max_logs = 50;
