@@ -11,10 +11,10 @@ namespace onemap::comms {
 struct Endpoint {
   std::array<std::uint8_t, 16> address{};
   std::uint16_t port = 0;
-  bool operator==(const Endpoint&) const = default;
+  constexpr bool operator==(const Endpoint& other) const { return (*this <=> other) == 0; }
   constexpr std::strong_ordering operator<=>(const Endpoint& other) const {  // in any order that stays the same
-    const auto halves = std::bit_cast<std::array<std::uint64_t, 2>>(address);
-    const auto others = std::bit_cast<std::array<std::uint64_t, 2>>(other.address);
+    using Halves = std::array<std::uint64_t, 2>;
+    const auto halves = std::bit_cast<Halves>(address), others = std::bit_cast<Halves>(other.address);
     if (const auto order = halves[1] <=> others[1]; order != 0) return order;
     if (const auto order = halves[0] <=> others[0]; order != 0) return order;
     return port <=> other.port;

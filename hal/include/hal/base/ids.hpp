@@ -12,11 +12,13 @@ namespace onemap {
 // A-Z a-z 0-9 _ . -), zero padded; an identity key's hash fits the same room.
 struct RobotId {
   std::array<std::uint8_t, 16> bytes{};
-  bool operator==(const RobotId&) const = default;
-  // Byte by byte, eight of them at a time: every map of the exchange is ordered by this.
+  // Eight bytes at a time, in the order of single bytes: all that the exchange looks up is looked up by this.
+  constexpr bool operator==(const RobotId& other) const {
+    const auto halves = std::bit_cast<Halves>(bytes), others = std::bit_cast<Halves>(other.bytes);
+    return halves[0] == others[0] && halves[1] == others[1];
+  }
   constexpr std::strong_ordering operator<=>(const RobotId& other) const {
-    const auto halves = std::bit_cast<std::array<std::uint64_t, 2>>(bytes);
-    const auto others = std::bit_cast<std::array<std::uint64_t, 2>>(other.bytes);
+    const auto halves = std::bit_cast<Halves>(bytes), others = std::bit_cast<Halves>(other.bytes);
     if (halves[0] != others[0]) return most_significant_first(halves[0]) <=> most_significant_first(others[0]);
     return most_significant_first(halves[1]) <=> most_significant_first(others[1]);
   }
@@ -53,6 +55,7 @@ struct RobotId {
   }
 
  private:
+  using Halves = std::array<std::uint64_t, 2>;
   static constexpr std::uint64_t most_significant_first(std::uint64_t bytes) {
     return std::endian::native == std::endian::little ? __builtin_bswap64(bytes) : bytes;
   }
