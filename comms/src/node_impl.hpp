@@ -97,6 +97,7 @@ struct Node::Impl {
   void tick(Peer& peer);
   void peer_down(Peer& peer);
   void changed();  // something that beacons tell
+  Duration shared(Duration gap) const;
   void beacon_all();
   void seek();
   void talk();

@@ -7,7 +7,7 @@ namespace onemap::comms {
 
 namespace {
 constexpr unsigned kStatusRounds = 4, kStatusEvery = 32;
-constexpr auto kStatusGap = std::chrono::milliseconds(450);
+constexpr auto kBeaconGap = std::chrono::milliseconds(100), kStatusGap = std::chrono::milliseconds(450);
 constexpr auto kUnequalInterval = std::chrono::milliseconds(500);  // while a neighbour's digest differs from ours
 }  // namespace
 
@@ -55,12 +55,15 @@ void Node::Impl::peer_down(Peer& peer) {
 }
 
 // Where many are near, something changes all the time and everybody would say so to everybody: the more neighbours, the
-// seldomer, so that beacons stay as many a second as for four. What is news is told at once all the same, by HAVE.
-void Node::Impl::changed() {
-  constexpr auto kGap = std::chrono::milliseconds(100);
+// seldomer, so that it stays as much a second as for four. What is news is told at once all the same, by HAVE.
+Duration Node::Impl::shared(Duration gap) const {
   constexpr std::ptrdiff_t kFew = 4;
   const auto near = std::ranges::count_if(peers, [](const auto& entry) { return entry.second.who.alive; });
-  trickle.changed(now, kGap * std::max(near, kFew) / kFew);
+  return gap * std::max(near, kFew) / kFew;
+}
+
+void Node::Impl::changed() {
+  trickle.changed(now, shared(kBeaconGap));
   seeking.changed(now);
 }
 
@@ -76,7 +79,7 @@ void Node::Impl::beacon_all() {
   // What everybody has heard by now is said seldom.
   quiet_rounds = trickle.quiet() ? quiet_rounds + 1 : 0;
   statuses_due = now >= next_statuses && (quiet_rounds < kStatusRounds || quiet_rounds % kStatusEvery == 0);
-  if (statuses_due) next_statuses = now + kStatusGap;
+  if (statuses_due) next_statuses = now + shared(kStatusGap);
   trickle.said(now, all_consistent() ? config.beacon_max : kUnequalInterval, random);
 }
 

@@ -11,9 +11,11 @@
 namespace onemap::comms {
 
 Arena::Arena(std::size_t bytes, bool touched) : units_(static_cast<std::uint32_t>(bytes / kUnit)) {
+  static_assert(sizeof(Head) == kHeadBytes && sizeof(Links) <= kUnit - kHeadBytes);
+  if (bytes / kUnit < 4 || bytes / kUnit >= 1u << kFirst) throw std::bad_alloc();
   void* const block = mmap(nullptr, capacity(), PROT_READ | PROT_WRITE,
                            MAP_PRIVATE | MAP_ANONYMOUS | (touched ? MAP_POPULATE : 0), -1, 0);
-  if (units_ < 4 || units_ >= 1u << kFirst || block == MAP_FAILED) throw std::bad_alloc();
+  if (block == MAP_FAILED) throw std::bad_alloc();
   base_ = static_cast<std::byte*>(block);
   for (auto& list : lists_) list.fill(kNone);
   // The unit before the first block has its head, and the last one that of a block of nothing, which is never free.
