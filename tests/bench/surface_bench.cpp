@@ -82,7 +82,9 @@ int judge(const std::string& address, std::size_t every, const fs::path& folder)
   VoxelMapConfig config;
   config.budget_bytes = 256u << 20;
   const auto visible = test::visible_surface(address, every, kLeast_m, static_cast<double>(config.max_depth_m));
-  fmt::print("{}: {} visible places\n", address, visible.size());
+  const auto read = test::visible_surface(address, every, kLeast_m, static_cast<double>(config.max_depth_m), true);
+  fmt::print("{}: {} visible places, of which {:.2f} % have a place within 2 cm that any frame had a reading of\n",
+             address, visible.size(), 100 * test::share_within(visible, read));
   fmt::print("{:24} {:>8} {:>8} {:>12} {:>10} {:>9}\n", "", "rms mm", "off %", "complete %", "triangles", "ms/frame");
   const Fused ours = fuse(test::room_frames(address, every), config);
   print("onemap", test::judge(ours.mesh, scene, visible), fmt::format("{:.2f}", ours.ms_per_frame));

@@ -123,6 +123,46 @@ TEST(IntegrateOrder, DoesNotMatter) {
   EXPECT_GT(forward.used(), 500u);
 }
 
+// Saturated sums and colours, no colours, a lens with distortion: the twins fuse the same bytes.
+TEST(IntegrateTwins, FuseTheSameBytes) {
+  for (const bool distorted : {false, true}) {
+    const auto frames = walk(room_with_sphere(), test::small_camera(distorted), 12);
+    const RayTable rays(frames.front().intrinsics);
+    VoxelMapConfig config;
+    config.simd = false;
+    VoxelMap plain(config);
+    config.simd = true;
+    VoxelMap simd(config);
+    const auto nearly_fill = [](VoxelMap& map) {
+      std::vector<BlockKey> keys;
+      map.for_each([&](const BlockView& block) { keys.push_back(block.key); });
+      for (const BlockKey& key : keys) {
+        Voxel* voxels = map.find_or_add(key);
+        for (int i = 0; i < kBlockVoxels; ++i)
+          if (voxels[i].weight > 0) voxels[i].add_tsdf(-500, 4000), voxels[i].add_tsdf(-500, 4000);
+      }
+    };
+    for (int round = 0; round < 30; ++round) {
+      if (round == 1) nearly_fill(plain), nearly_fill(simd);
+      for (const RenderedFrame& frame : frames) {
+        hal::FrameView view = frame.view();
+        if (round % 4 == 3) view.rgb = {};
+        for (VoxelMap* map : {&plain, &simd}) map->integrate(view, rays, frame.T_world_camera);
+      }
+    }
+    std::size_t full = 0, colours = 0;
+    plain.for_each([&](const BlockView& block) {
+      for (const Voxel& voxel : block.voxels) {
+        full += voxel.weight > 4000 && voxel.weight < 8000;  // what was nearly full was halved
+        colours += voxel.color_weight > Voxel::kMaxColorWeight / 2;
+      }
+    });
+    EXPECT_GT(full, 1000u);
+    EXPECT_GT(colours, 1000u);
+    EXPECT_EQ(plain.digest(), simd.digest());
+  }
+}
+
 TEST(IntegrateFull, KeepsWhatItHasAndCounts) {
   const auto frames = walk(room_with_sphere(), test::small_camera(), 3);
   VoxelMapConfig config;

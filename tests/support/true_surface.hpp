@@ -100,22 +100,32 @@ void sample_triangles(const mapping::TriangleMesh& mesh, double step_m, Fn&& fn)
 }
 
 // The places that the cameras of an address could have seen, a centimetre apart: what an exact camera measures there.
-inline PointSet visible_surface(std::string text, std::size_t every, double least_m, double most_m) {
-  text += text.find('?') == std::string::npos ? "?noise=none" : "&noise=none";
-  const RoomFrames seen = room_frames(text, every);
+// had_reading: those of them alone of which the address's own camera had a reading, however wrong.
+inline PointSet visible_surface(const std::string& address, std::size_t every, double least_m, double most_m,
+                                bool had_reading = false) {
+  const std::string exact = address + (address.find('?') == std::string::npos ? "?noise=none" : "&noise=none");
+  const RoomFrames seen = room_frames(exact, every);
+  const RoomFrames read = had_reading ? room_frames(address, every) : RoomFrames{seen.intrinsics, {}};
   const mapping::RayTable rays(seen.intrinsics);
   PointSet out(0.01);
-  for (const RoomFrame& frame : seen.frames)
+  for (std::size_t n = 0; n < seen.frames.size(); ++n)
     for (int v = 0; v < seen.intrinsics.height; ++v)
       for (int u = 0; u < seen.intrinsics.width; ++u) {
         const auto i = static_cast<std::size_t>(v * seen.intrinsics.width + u);
-        const double z = frame.depth[i] / seen.intrinsics.depth_scale;
-        if (z < least_m || z > most_m) continue;
+        const double z = seen.frames[n].depth[i] / seen.intrinsics.depth_scale;
+        if (z < least_m || z > most_m || (had_reading && read.frames[n].depth[i] == 0)) continue;
         const float* ray = rays.row(v) + 2 * u;
-        out.add(frame.T_world_camera *
+        out.add(seen.frames[n].T_world_camera *
                 mapping::Vector3d(z * static_cast<double>(ray[0]), z * static_cast<double>(ray[1]), z));
       }
   return out;
+}
+
+// The share of these places that have one of those within 2 cm.
+inline double share_within(const PointSet& places, const PointSet& of) {
+  double found = 0;
+  places.for_each([&](const mapping::Vector3d& p) { found += of.near(p, 0.02); });
+  return found / static_cast<double>(std::max<std::size_t>(places.size(), 1));
 }
 
 struct SurfaceScore {
@@ -140,9 +150,7 @@ inline SurfaceScore judge(const mapping::TriangleMesh& mesh, const hal::simulate
   const auto samples = static_cast<double>(std::max<std::size_t>(surface.size(), 1));
   out.rms_m = std::sqrt(sum / samples);
   out.off = far / samples;
-  double found = 0;
-  visible.for_each([&](const mapping::Vector3d& p) { found += surface.near(p, 0.02); });
-  out.completeness = found / static_cast<double>(std::max<std::size_t>(visible.size(), 1));
+  out.completeness = share_within(visible, surface);
   return out;
 }
 

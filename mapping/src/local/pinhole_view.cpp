@@ -84,11 +84,13 @@ void PinholeView::build(const hal::Intrinsics& intrinsics, const RayTable& rays)
   fy_ = static_cast<float>(fy);
   cx_ = static_cast<float>(1.5 - view.x0 * fx);
   cy_ = static_cast<float>(1.5 - view.y0 * fy);
+  in_place_ = true;
   for (int v = 1; v + 1 < height_; ++v)
     for (int u = 1; u + 1 < width_; ++u) {
       const int i = v * width_ + u;
-      source_[static_cast<std::size_t>(i)] =
-          index_of_pixel(intrinsics, {view.x0 + (u - 1) / fx, view.y0 + (v - 1) / fy});
+      const std::int32_t from = index_of_pixel(intrinsics, {view.x0 + (u - 1) / fx, view.y0 + (v - 1) / fy});
+      source_[static_cast<std::size_t>(i)] = from;
+      in_place_ = in_place_ && from == (v - 1) * intrinsics.width + u - 1;
     }
 }
 
@@ -96,10 +98,23 @@ void PinholeView::load(const hal::FrameView& frame, const RayTable& rays, float 
   if (!built_ || !same(*frame.intrinsics, intrinsics_)) build(*frame.intrinsics, rays);
   const float metres = static_cast<float>(1.0 / frame.intrinsics->depth_scale);
   const float farthest = std::min(max_depth_m, kMaxDepth_m);
-  for (std::size_t i = 0, n = depth_m_.size(); i < n; ++i) {
-    const std::int32_t from = source_[i];
-    const float z = from < 0 ? 0.f : metres * static_cast<float>(frame.depth[static_cast<std::size_t>(from)]);
-    depth_m_[i] = z >= kMinDepth_m && z <= farthest ? z : 0.f;
+  const auto checked = [&](float z) { return static_cast<int>(z >= kMinDepth_m) & static_cast<int>(z <= farthest); };
+  if (!in_place_) {
+    for (std::size_t i = 0, n = depth_m_.size(); i < n; ++i) {
+      const std::int32_t from = source_[i];
+      const float z = from < 0 ? 0.f : metres * static_cast<float>(frame.depth[static_cast<std::size_t>(from)]);
+      depth_m_[i] = checked(z) != 0 ? z : 0.f;
+    }
+    return;
+  }
+  const auto columns = static_cast<std::size_t>(intrinsics_.width);
+  const std::uint16_t* from = frame.depth.data();
+  for (std::size_t v = 1; v + 1 < static_cast<std::size_t>(height_); ++v, from += columns) {
+    float* to = &depth_m_[v * static_cast<std::size_t>(width_) + 1];
+    for (std::size_t u = 0; u < columns; ++u) {
+      const float z = metres * static_cast<float>(from[u]);
+      to[u] = checked(z) != 0 ? z : 0.f;
+    }
   }
 }
 

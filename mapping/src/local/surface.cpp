@@ -19,7 +19,7 @@ namespace mc = marching_cubes;
 constexpr std::array<mc::Case, 256> kCases = mc::make_cases();
 
 // Between neighbouring voxels the distance changes by voxel / truncation, a third, over the cosine of incidence: 1.5 at
-// 77 degrees. A larger step is no surface: there the band behind one surface meets the band before another.
+// 77 degrees. A larger step may be no surface: where the band behind one surface meets the band before another.
 constexpr float kLargestStep = 1.5f;
 constexpr std::size_t kVerticesOfABlock = 48;  // on average hardly more: two thirds of a plane through it
 constexpr unsigned kCellsOfARow = ((1u << kBlockSide) - 1) << 1;  // of the bits of SampleRow
@@ -38,6 +38,17 @@ bool crosses(const BlockSamples<V>& block, const Crossing& c, float& a, float& b
   a = block.tsdf(c.x, c.y, c.z);
   b = block.tsdf(c.x + (c.axis == 0), c.y + (c.axis == 1), c.z + (c.axis == 2));
   return (a < 0) != (b < 0);
+}
+
+// Whether the distance, which changes from a to b over the crossing, changes the other way before or behind it: through
+// a surface that is seen at a slant it does not, between two surfaces it does.
+template <class V>
+bool turns_back(const BlockSamples<V>& block, const Crossing& c, float a, float b) {
+  const int dx = c.axis == 0 ? 1 : 0, dy = c.axis == 1 ? 1 : 0, dz = c.axis == 2 ? 1 : 0;
+  const float sign = b > a ? 1.f : -1.f;
+  const int x0 = c.x - dx, y0 = c.y - dy, z0 = c.z - dz, x1 = c.x + 2 * dx, y1 = c.y + 2 * dy, z1 = c.z + 2 * dz;
+  return (block.seen(x0, y0, z0) && sign * (a - block.tsdf(x0, y0, z0)) < 0) ||
+         (block.seen(x1, y1, z1) && sign * (block.tsdf(x1, y1, z1) - b) < 0);
 }
 
 template <class V>
@@ -212,8 +223,9 @@ class Mesher {
     }
     if (most - least <= kLargestStep) return false;  // mostly
     for (int e = 0; e < static_cast<int>(mc::kEdges); ++e) {
+      const Crossing c = edge_of(x, y, z, e);
       float a = 0, b = 0;
-      if (crosses(block, edge_of(x, y, z, e), a, b) && std::abs(a - b) > kLargestStep) return true;
+      if (crosses(block, c, a, b) && std::abs(a - b) > kLargestStep && turns_back(block, c, a, b)) return true;
     }
     return false;
   }

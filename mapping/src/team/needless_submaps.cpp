@@ -15,9 +15,9 @@ namespace onemap::mapping {
 
 namespace {
 
-constexpr std::chrono::seconds kAway{60};  // between two visits
-constexpr double kCellBlocks = 2;          // a cell's side, in blocks: grids of different submaps do not lie alike
-constexpr std::uint64_t kMostLost = 50;    // of what a record saw, one of so many
+constexpr std::chrono::seconds kLeftFor{60};  // between two visits
+constexpr double kCellBlocks = 2;             // a cell's side, in blocks: grids of different submaps do not lie alike
+constexpr std::uint64_t kMostLost = 50;       // of what a record saw, one of so many
 
 std::uint64_t cell_of(const Vector3d& at, double side) {
   const auto bits = [&](double x) {
@@ -122,7 +122,7 @@ std::vector<std::uint32_t> NeedlessSubmaps::seen_again(const TeamMember& own, co
   Evidence since;
   auto next = by_begin.begin();
   for (const Placed& then : by_end) {
-    for (; next != by_begin.end() && next->visit->begin >= then.visit->end + kAway; ++next)
+    for (; next != by_begin.end() && next->visit->begin >= then.visit->end + kLeftFor; ++next)
       if (!needless.contains(next->kept->sequence)) since.add(next->kept->pieces, next->kept->block_m, *next->visit);
     Evidence saw;
     saw.add(then.kept->pieces, then.kept->block_m, *then.visit);

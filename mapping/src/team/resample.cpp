@@ -14,13 +14,12 @@ namespace onemap::mapping {
 namespace {
 
 using cells::kOne;
-using cells::Place;
 using cells::Sample;
 
 std::int64_t rounded_ratio(std::int64_t a, std::int64_t b) { return a >= 0 ? (a + b / 2) / b : -((-a + b / 2) / b); }
 
 // Of a place on a face of its cell: nothing unless every corner that has a share is observed.
-std::optional<Sample> blend_on_face(const Patch& patch, const Place& place) {
+std::optional<Sample> blend_on_face(const Patch& patch, const cells::Place& place) {
   Sample out{};
   int least = kTsdfOne, most = -kTsdfOne;
   for (unsigned c = 0; c < 8; ++c) {
@@ -70,7 +69,7 @@ class Resampler {
     cells::Rows rows = rows_of(grid_, patch, box_);
     for (int z = 0; z < box_.size(2); ++z) {
       set_z(box_, static_cast<std::size_t>(z), rows);
-      Place* end = places_.data();
+      cells::Place* end = places_.data();
       find_(rows, end);
       add_all(patch, static_cast<std::size_t>(end - places_.data()));
     }
@@ -80,7 +79,7 @@ class Resampler {
   void add_all(const Patch& patch, std::size_t count) {
     blend_(patch.voxels(), places_.data(), count, samples_.data());
     for (std::size_t i = 0; i < count; ++i) {
-      const Place& place = places_[i];
+      const cells::Place& place = places_[i];
       prefetch(places_[std::min(i + kAhead, count - 1)]);
       if (place.whole != 0)
         add(samples_[i], place.number);
@@ -90,7 +89,7 @@ class Resampler {
   }
 
   // The map is larger than the caches.
-  void prefetch(const Place& place) const {
+  void prefetch(const cells::Place& place) const {
     const Voxel* block = slots_[place.number / kBlockVoxels];
     if (block != nullptr && block != &refused_) __builtin_prefetch(block + place.number % kBlockVoxels, 1);
   }
@@ -157,11 +156,11 @@ class Resampler {
   VoxelMap& map_;
   bool exact_ = true;
   ReachBox box_;
-  void (*const find_)(const cells::Rows&, Place*&);
-  void (*const blend_)(const Patch::Voxel*, const Place*, std::size_t, Sample*);
+  void (*const find_)(const cells::Rows&, cells::Place*&);
+  void (*const blend_)(const Patch::Voxel*, const cells::Place*, std::size_t, Sample*);
   std::vector<Voxel*> slots_;  // of the box; nullptr: not asked for
   Voxel refused_;
-  std::vector<Place> places_;
+  std::vector<cells::Place> places_;
   std::vector<Sample> samples_;
 };
 

@@ -36,6 +36,7 @@ class PinholeView {
 
   hal::Intrinsics intrinsics_;
   bool built_ = false;
+  bool in_place_ = false;  // a lens without distortion: each pixel is where it was
   int width_ = 0, height_ = 0;
   float fx_ = 0, fy_ = 0, cx_ = 0, cy_ = 0;
   std::vector<float> depth_m_;

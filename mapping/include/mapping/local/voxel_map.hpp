@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -26,6 +27,7 @@ struct VoxelMapConfig {
   // true: every page of the budget is the map's from the start, so integrate() never waits for one; false: the budget
   // is only reserved, and the system gives pages as blocks come (for maps off the frame path).
   bool resident = true;
+  bool simd = true;  // false: the plain reference, which fuses the same bytes
 
   std::int32_t voxel_um() const { return static_cast<std::int32_t>(std::lround(static_cast<double>(voxel_m) * 1e6)); }
   std::int32_t truncation_um() const {
@@ -115,7 +117,8 @@ class VoxelMap {
   void touch(const BlockKey& key);
   void touch_seen_blocks(const Viewpoint& from);
   void touch_segment(const Vector3f& from, const Vector3f& to);
-  bool fuse_block(const Viewpoint& from, std::size_t block, std::span<const std::uint8_t> rgb);
+  Viewpoint viewpoint(const hal::FrameView& frame, const Pose& T_map_camera) const;
+  bool fuse_block(const Viewpoint& from, std::size_t block);
   std::vector<std::int32_t> sorted_blocks() const;
 
   Voxel* voxels_of(std::size_t block) { return shared_->pool.voxels(places_[block]); }
@@ -127,7 +130,8 @@ class VoxelMap {
     BlockPool pool;
     PinholeView view;
     MissingBlocks missing;
-    std::vector<std::int32_t> seen;  // blocks touched by the frame being fused
+    std::vector<std::int32_t> seen;   // blocks touched by the frame being fused
+    std::array<BlockKey, 64> lately;  // some of them: rays next to each other pass the same ones
   };
   VoxelMap(const VoxelMapConfig& config, std::shared_ptr<Shared> shared);
 
