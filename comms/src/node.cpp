@@ -154,7 +154,7 @@ void Node::Impl::stored(const RecordId& id, std::uint8_t hop_count) {
   // an author may wait for the news.
   constexpr auto kSoon = std::chrono::milliseconds(50), kIdle = std::chrono::milliseconds(300);
   applied.push(id.log, id.seq, id.seq + 1);
-  hops[id.log].push_back(hop_count);
+  append_snugly(hops[id.log], hop_count);
   team.recorded(id.log, id.seq == 0, now);
   frontier_digest += entry_digest(id.log, id.seq + 1) - entry_digest(id.log, id.seq);
   push(id);

@@ -77,7 +77,7 @@ struct Node::Impl {
   void on_beacon(Peer& peer, const Session::Arrival& arrival, const wire::Beacon& beacon);
   void on_have(Peer& peer, const Session::Arrival& arrival, const wire::Have& have);
   void on_have(Peer& peer, const wire::HaveEntry& entry);
-  bool room_for_claims() const;
+  bool room_for_claim(const wire::HaveEntry& entry) const;
   void tell_author(const LogId& log);
   void judge_again();
   void offer_again(const Peer& peer);

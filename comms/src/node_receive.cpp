@@ -66,7 +66,9 @@ void Node::Impl::peer_up(Peer& peer) {
   peer.frontier.be_patient_again();
   talks.team_changed(now);
   team.met(peer.who.robot, peer.who.incarnation, now);
-  // The author is here itself: what others told of later lives of it is not asked for any longer.
+  // The author is here itself: what others told of later lives of it is not asked for any longer. When they tell it
+  // again it is refused, and the author hears of that.
+  for (auto& [endpoint, other] : peers) other.frontier.doubt(peer.who.robot, peer.who.incarnation);
   fetcher.abandon(
       [&](const LogId& log) { return log.robot == peer.who.robot && log.incarnation > peer.who.incarnation; });
   // And what they told of a life that it has begun now was refused until now.
@@ -135,10 +137,15 @@ void Node::Impl::on_have(Peer& peer, const Session::Arrival& arrival, const wire
   peer.frontier.claim(now, arrival.at, have.frontier_digest, peer.round_trip.smoothed());
 }
 
-// What neighbours say that they hold must not take the room of what they send.
-bool Node::Impl::room_for_claims() const {
-  constexpr std::size_t kKept = 384u << 10;  // for all else
-  return memory.used() + fetcher.bytes_left() + kKept < memory.capacity();
+// What neighbours say that they hold, all of them together, must not take the room of what they send. When that is
+// much, what another has already said is not kept once more: but whoever alone has something is believed up to twice
+// as much.
+bool Node::Impl::room_for_claim(const wire::HaveEntry& entry) const {
+  constexpr std::size_t kMany = 16'384;  // some 60 bytes each
+  std::size_t claims = 0;
+  for (const auto& [endpoint, peer] : peers) claims += peer.frontier.logs().size();
+  if (claims < kMany) return true;
+  return claims < 2 * kMany && entry.count > std::max(held(entry.log), fetcher.offer(entry.log, peers));
 }
 
 void Node::Impl::on_have(Peer& peer, const wire::HaveEntry& entry) {
@@ -147,7 +154,8 @@ void Node::Impl::on_have(Peer& peer, const wire::HaveEntry& entry) {
   Refusal verdict = judge(entry.log);
   if (own && entry.count > here) verdict = Refusal::own_log_ahead;
   const bool another = peer.frontier.count(entry.log) == 0;
-  if (another && (peer.frontier.logs().size() >= config.max_logs || !room_for_claims())) verdict = Refusal::logs_full;
+  if (another && (peer.frontier.logs().size() >= config.max_logs || !room_for_claim(entry)))
+    verdict = Refusal::logs_full;
   if (verdict == Refusal::contradicts_author) tell_author(entry.log);
   if (verdict != Refusal::count) {
     peer.frontier.refused_some();

@@ -38,7 +38,7 @@ class Replacements {
     const bool noted = replaced < seq && seq - replaced <= kFarthest;
     if (noted) {
       std::pmr::vector<std::uint16_t>& later = later_[log];
-      if (later.size() <= replaced) later.resize(replaced + 1, 0);
+      while (later.size() <= replaced) append_snugly<std::uint16_t>(later, 0);
       if (later[replaced] == 0) later[replaced] = static_cast<std::uint16_t>(seq - replaced);
     }
     if (keep != Keeping::until_the_next) return std::nullopt;

@@ -69,6 +69,38 @@ TEST(Authorship, WhatContradictsANeighboursOwnGreetingIsRefusedAndItIsTold) {
   EXPECT_FALSE(sim::first<wire::LaterLife>(alone.sent_within(100ms)));
 }
 
+// A neighbour told of a later life while the author was away, and has no reason to tell it once more: it is asked.
+TEST(Authorship, AnAuthorThatComesHearsOfTheLaterLifeThatAnotherToldOf) {
+  Alone alone;
+  alone.befriend("other", 9, kLiar);
+  const LogId later{kFriend, 1, 8};
+  const wire::HaveEntry entry{later, 1};
+  const auto tell = [&](std::uint32_t counter) {
+    alone.hear_frames(
+        9, counter,
+        [&](auto& out) {
+          out.have(entry_digest(later, 1), {&entry, 1});
+        },
+        kLiar);
+  };
+  tell(2);
+  EXPECT_EQ(alone.node.records_missing(), 1u);
+  alone.befriend("friend", 5);
+  EXPECT_EQ(alone.node.records_missing(), 0u);
+  EXPECT_FALSE(sim::first<wire::HaveRequest>(alone.sent_within(100ms, kLiar)));
+  alone.hear_frames(
+      9, 3,
+      [&](auto& out) {
+        out.beacon({RobotId::from_name("other"), entry_digest(later, 1), 0, 2, 0});
+      },
+      kLiar);
+  EXPECT_TRUE(sim::first<wire::HaveRequest>(alone.sent_within(200ms, kLiar)));
+  tell(4);
+  const auto told = sim::first<wire::LaterLife>(alone.sent_within(100ms));
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->second, (wire::LaterLife{kFriend, 8}));
+}
+
 // Asked for while the author was away; then the author comes, and the answer is not taken any more.
 TEST(Authorship, TheAuthorsGreetingStopsWhatIsOnItsWay) {
   Alone alone;

@@ -22,7 +22,7 @@ TEST(Explore, AHundredRobotsKnowAllOfEachOther) {
   const double each = static_cast<double>(all.bytes) / 100 / to_seconds(all.simulated);
   std::printf("%.0f bytes/s a robot, %llu datagrams; %.1f times real time\n", each,
               static_cast<unsigned long long>(all.datagrams), to_seconds(all.simulated) / all.real_s);
-  EXPECT_LE(each, 40'000) << "ten neighbours, and beacons as for four";
+  EXPECT_LE(each, 33'000) << "ten neighbours, and beacons as for four";
 }
 
 }  // namespace

@@ -55,7 +55,6 @@ std::size_t Fetcher::window(const Peer& peer, std::uint8_t lane) const {
 
 std::uint32_t Fetcher::held(const LogId& log) const { return here_.count(log); }
 
-// The most that a living neighbour holds of it.
 std::uint32_t Fetcher::offer(const LogId& log, const Peers& peers) const {
   std::uint32_t most = 0;
   for (const auto& [endpoint, peer] : peers)

@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -64,8 +63,7 @@ class Fetcher {
   const AllSpoilt& take_spoilt();
   // Logs of which living neighbours hold more than is here, and how much more.
   std::vector<std::pair<LogId, std::uint32_t>> missing(const Peers& peers) const;
-  // Of the room for records that come in parts.
-  std::size_t bytes_left() const { return limits_.reassembly_bytes - std::min(used_bytes_, limits_.reassembly_bytes); }
+  std::uint32_t offer(const LogId& log, const Peers& peers) const;  // the most that a living neighbour holds of it
   std::string store_full() const;  // the store's words, while complete records wait for room in it
 
  private:
@@ -88,7 +86,6 @@ class Fetcher {
 
   std::size_t window(const Peer& peer, std::uint8_t lane) const;
   std::uint32_t held(const LogId& log) const;
-  std::uint32_t offer(const LogId& log, const Peers& peers) const;
   void note_need(const RecordId& id, const Fetch& fetch);
   // fetcher.cpp: asking
   void ask(Instant now, Peer& peer, const RecordId& id, Fetch& fetch);

@@ -1,22 +1,21 @@
 #include "memory/arena.hpp"
 
 #include <sanitizer/asan_interface.h>
-#include <sys/mman.h>
 
 #include <algorithm>
 #include <bit>
 #include <functional>
 #include <new>
 
+#include "memory/memory.hpp"
+
 namespace onemap::comms {
 
 Arena::Arena(std::size_t bytes, bool touched) : units_(static_cast<std::uint32_t>(bytes / kUnit)) {
   static_assert(sizeof(Head) == kHeadBytes && sizeof(Links) <= kUnit - kHeadBytes);
   if (bytes / kUnit < 4 || bytes / kUnit >= 1u << kFirst) throw std::bad_alloc();
-  void* const block = mmap(nullptr, capacity(), PROT_READ | PROT_WRITE,
-                           MAP_PRIVATE | MAP_ANONYMOUS | (touched ? MAP_POPULATE : 0), -1, 0);
-  if (block == MAP_FAILED) throw std::bad_alloc();
-  base_ = static_cast<std::byte*>(block);
+  base_ = static_cast<std::byte*>(heap().allocate(capacity(), kUnit));
+  if (touched) std::fill_n(base_, capacity(), std::byte{});
   for (auto& list : lists_) list.fill(kNone);
   // The unit before the first block has its head, and the last one that of a block of nothing, which is never free.
   const std::uint32_t end = units_ - 2;
@@ -28,7 +27,7 @@ Arena::Arena(std::size_t bytes, bool touched) : units_(static_cast<std::uint32_t
 
 Arena::~Arena() {
   ASAN_UNPOISON_MEMORY_REGION(base_, capacity());
-  munmap(base_, capacity());
+  heap().deallocate(base_, capacity(), kUnit);
 }
 
 void Arena::open(std::uint32_t block) {
@@ -120,7 +119,7 @@ void* Arena::do_allocate(std::size_t bytes, std::size_t alignment) {
   const std::uint32_t block = alignment <= kUnit && units < units_ ? find(static_cast<std::uint32_t>(units)) : kNone;
   if (block == kNone) {
     ++spilled_;
-    return std::pmr::new_delete_resource()->allocate(bytes, alignment);
+    return heap().allocate(bytes, alignment);
   }
   remove(block);
   split(block, static_cast<std::uint32_t>(units));
@@ -133,8 +132,7 @@ void* Arena::do_allocate(std::size_t bytes, std::size_t alignment) {
 void Arena::do_deallocate(void* piece, std::size_t bytes, std::size_t alignment) {
   auto* const at = static_cast<std::byte*>(piece);
   const std::less<const std::byte*> before;
-  if (before(at, base_) || !before(at, base_ + capacity()))
-    return std::pmr::new_delete_resource()->deallocate(piece, bytes, alignment);
+  if (before(at, base_) || !before(at, base_ + capacity())) return heap().deallocate(piece, bytes, alignment);
   const auto block = static_cast<std::uint32_t>((at - base_) / static_cast<std::ptrdiff_t>(kUnit)) - 1;
   used_ -= std::size_t{head(block).size} * kUnit;
   close(block);

@@ -22,6 +22,8 @@ class LogMap {
   explicit LogMap(Memory& memory = heap()) : entries_(&memory), slots_(&memory) {}
 
   std::size_t size() const { return entries_.size(); }
+  auto begin() { return entries_.begin(); }
+  auto end() { return entries_.end(); }
   auto begin() const { return entries_.begin(); }
   auto end() const { return entries_.end(); }
   const T* find(const LogId& log) const {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <memory_resource>
 #include <utility>
+#include <vector>
 
 #include "hal/base/record.hpp"
 
@@ -19,6 +20,13 @@ std::array<T, kLaneCount> of_each_lane(Memory& memory) {
     return std::array<T, kLaneCount>{((void)lane, T(&memory))...};
   }
   (std::make_index_sequence<kLaneCount>());
+}
+
+// Of a list that grows for as long as the team works: an eighth of it may be empty, not half.
+template <class T>
+void append_snugly(std::pmr::vector<T>& list, const T& value) {
+  if (list.size() == list.capacity()) list.reserve(list.size() + list.size() / 8 + 16);
+  list.push_back(value);
 }
 
 }  // namespace onemap::comms

@@ -31,6 +31,11 @@ bool PeerFrontier::raise(const LogId& log, std::uint32_t count) {
   return true;
 }
 
+void PeerFrontier::doubt(const RobotId& robot, std::uint64_t after) {
+  for (auto& [log, count] : logs_)
+    if (log.robot == robot && log.incarnation > after) digest_ -= entry_digest(log, std::exchange(count, 0));
+}
+
 void PeerFrontier::refused_some() {
   refused_some_ = true;
   if (request_at_) request_at_ = not_too_often(*request_at_);

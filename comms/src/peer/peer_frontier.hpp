@@ -18,7 +18,9 @@ class PeerFrontier {
   const Logs& logs() const { return logs_; }
   bool raise(const LogId& log, std::uint32_t count);  // true: more than before
   void refused_some();                                // an entry is not kept: the digests will differ for long
-  void judge_again(Instant now);                      // what was refused may be welcome now: ask for it soon
+  // What it said of lives of this robot after that one is forgotten, and so told and judged again.
+  void doubt(const RobotId& robot, std::uint64_t after);
+  void judge_again(Instant now);  // what was refused may be welcome now: ask for it soon
 
   // In the datagram with this (unfolded) counter. Claims that were overtaken do not count.
   void claim(Instant now, std::uint64_t datagram, std::uint64_t digest, Duration round_trip);
