@@ -120,13 +120,14 @@ TEST(Authorship, TheAuthorsGreetingStopsWhatIsOnItsWay) {
   alone.hear_record(9, 3, sim::SignedLogs().next(forged, 0, {}), kLiar);
   EXPECT_TRUE(alone.node.frontier().empty());
   EXPECT_EQ(alone.node.records_missing(), 0u);
-  // The author goes away, and the other one stays: it does not say again what it holds, and is asked for it.
+  // The author goes away, and the other one stays: it says what it holds when it is asked.
   for (std::uint32_t k = 4; k < 30; ++k) {
-    alone.sent_within(1s);
+    const bool asked = sim::first<wire::HaveRequest>(alone.sent_within(1s, kLiar)).has_value();
     alone.hear_frames(
         9, k,
         [&](auto& out) {
           out.beacon({RobotId::from_name("liar"), entry_digest(forged, 1), 0, k, 0});
+          if (asked) out.have(entry_digest(forged, 1), {&entry, 1});
         },
         kLiar);
   }
