@@ -135,6 +135,7 @@ TEST_P(DatagramPath, ARecordIsWhatTheStoreKeeps) {
   std::printf("%.2f allocations a record that came, in %.2f datagrams; %.2f a record that was written\n", a_record,
               static_cast<double>(all.datagrams) / static_cast<double>(all.records), static_cast<double>(own) / 400);
   EXPECT_LE(a_record, 2.1);
+  EXPECT_LE(own, 2.1 * 400);
   EXPECT_EQ(pair.node(0).memory_view().spilled + pair.node(1).memory_view().spilled, 0u);
 }
 
