@@ -117,6 +117,8 @@ TEST(Authorship, TheAuthorsGreetingStopsWhatIsOnItsWay) {
   EXPECT_EQ(alone.node.records_missing(), 1u);
   alone.befriend("friend", 5);
   EXPECT_EQ(alone.node.records_missing(), 0u) << "it is not waited for any longer";
+  for (const NeighbourStatus& neighbour : alone.node.neighbours())
+    EXPECT_EQ(neighbour.asked_bytes, 0u) << "nor asked for";
   alone.hear_record(9, 3, sim::SignedLogs().next(forged, 0, {}), kLiar);
   EXPECT_TRUE(alone.node.frontier().empty());
   EXPECT_EQ(alone.node.records_missing(), 0u);
