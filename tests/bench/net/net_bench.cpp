@@ -1,6 +1,7 @@
 // One sender, one receiver, an emulated link of 20 Mbit/s and 5 ms between two network namespaces: ours, TCP CUBIC, TCP
 // BBR, ENet and NORM, each over losses from 0 to 30 % each way. Medians over seeds, and ratios to ours.
 //   bench_net [seconds=8] [seeds=3] [losses=0,1,5,10,20,30] [peers=onemap,cubic,bbr,enet,norm] [queue=1000000]
+//             [poses_ms=33]
 //   bench_net share [seconds=30]: two of ours, and ours beside TCP CUBIC, on one link
 #include <fmt/format.h>
 #include <sys/wait.h>
@@ -31,7 +32,8 @@ struct Options {
                                            {"peers", "onemap,cubic,bbr,enet,norm"},
                                            {"queue", "1000000"},
                                            {"mbit", "20"},
-                                           {"delay_ms", "5"}};
+                                           {"delay_ms", "5"},
+                                           {"poses_ms", "33"}};
   double number(const std::string& key) const { return std::stod(words.at(key)); }
   std::vector<std::string> list(const std::string& key) const {
     std::vector<std::string> out;
@@ -112,8 +114,13 @@ Result transfer(const Options& options, const std::string& peer, double loss, st
   const auto net = open(traits_of(options, loss), seed);
   net->keep_queues(0);
   const double seconds = options.number("seconds");
-  Program receiver(*net, 1, side(*net, peer, false, seconds));
-  Program sender(*net, 0, side(*net, peer, true, seconds));
+  const auto words = [&](bool sends) {
+    auto all = side(*net, peer, sends, seconds);
+    all.push_back(options.words.at("poses_ms"));
+    return all;
+  };
+  Program receiver(*net, 1, words(false));
+  Program sender(*net, 0, words(true));
   const auto said = receiver.result();
   Result result;
   if (!said.is_object()) return result;

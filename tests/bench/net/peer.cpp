@@ -1,4 +1,4 @@
-// net_peer PROTOCOL send|receive HERE THERE SECONDS [no-poses]: one side of a transfer; see peer.hpp.
+// net_peer PROTOCOL send|receive HERE THERE SECONDS [no-poses|POSE_EVERY_MS]: one side of a transfer; see peer.hpp.
 #include "peer.hpp"
 
 #include <fmt/format.h>
@@ -27,10 +27,15 @@ int main(int argc, char** argv) {
   using namespace onemap::bench;
   const std::vector<std::string> words(argv + 1, argv + argc);
   if (words.size() < 5 || (words[1] != "send" && words[1] != "receive")) {
-    fmt::print(stderr, "usage: net_peer onemap|cubic|bbr|enet|norm send|receive HERE THERE SECONDS [no-poses]\n");
+    fmt::print(stderr,
+               "usage: net_peer onemap|cubic|bbr|enet|norm send|receive HERE THERE SECONDS [no-poses|POSE_EVERY_MS]\n");
     return 2;
   }
-  Job job{words[1] == "send", words[2], words[3], std::stod(words[4]), words[0], words.size() < 6};
+  Job job{words[1] == "send", words[2], words[3], std::stod(words[4]), words[0], true};
+  if (words.size() > 5 && words[5] == "no-poses")
+    job.poses = false;
+  else if (words.size() > 5)
+    job.pose_every = std::chrono::milliseconds(std::stoi(words[5]));
   if (words[0] == "onemap") return run_onemap(job);
   if (words[0] == "cubic" || words[0] == "bbr") return run_tcp(job);
 #ifdef ONEMAP_HAVE_ENET

@@ -1,6 +1,6 @@
 #pragma once
 // One side of a transfer over an emulated link, for the network benchmark. The sender always has bulk to send, and a
-// pose of 120 bytes every 33 ms; the receiver says in one line of JSON what came.
+// pose of 120 bytes every 33 ms or as is said; the receiver says in one line of JSON what came.
 #include <array>
 #include <chrono>
 #include <cstdint>
@@ -14,7 +14,6 @@ namespace onemap::bench {
 
 using Clock = std::chrono::steady_clock;
 inline constexpr std::size_t kPoseBytes = 120, kBulkBytes = 60'000;
-inline constexpr auto kPoseEvery = std::chrono::milliseconds(33);
 
 struct Job {
   bool sends = false;
@@ -22,6 +21,7 @@ struct Job {
   double seconds = 8;       // of measuring, from the first bulk bytes that come
   std::string flavour;      // of TCP: cubic, bbr
   bool poses = true;
+  std::chrono::milliseconds pose_every{33};
 };
 
 inline std::int64_t now_ns() {
@@ -39,14 +39,16 @@ inline std::vector<std::uint8_t> pose_now() {
 // When poses are due on the sender's side.
 class PoseClock {
  public:
+  explicit PoseClock(const Job& job) : every_(job.pose_every) {}
   bool due() {
     if (Clock::now() < next_) return false;
-    next_ = std::max(next_ + kPoseEvery, Clock::now());
+    next_ = std::max(next_ + every_, Clock::now());
     return true;
   }
   Clock::time_point next() const { return next_; }
 
  private:
+  std::chrono::milliseconds every_;
   Clock::time_point next_ = Clock::now() + std::chrono::milliseconds(500);
 };
 

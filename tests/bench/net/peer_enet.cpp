@@ -21,7 +21,7 @@ int send(const Job& job) {
   ENetHost* host = enet_host_create(nullptr, 1, 2, 0, 0);
   const ENetAddress there = address_of(job.there);
   ENetPeer* peer = enet_host_connect(host, &there, 2, 0);
-  PoseClock poses;
+  PoseClock poses(job);
   bool connected = false;
   const std::vector<std::uint8_t> body(kBulkBytes, 7);
   while (true) {

@@ -60,7 +60,7 @@ struct Side {
 };
 
 int send(Side& side, const Job& job) {
-  PoseClock poses;
+  PoseClock poses(job);
   std::deque<RecordId> written;
   std::uint64_t noise = 1;
   while (true) {

@@ -67,7 +67,7 @@ int send(const Job& job) {
     while (::send(bulk, body.data(), body.size(), MSG_NOSIGNAL) > 0) {
     }
   });
-  PoseClock poses;
+  PoseClock poses(job);
   while (job.poses) {
     std::this_thread::sleep_until(poses.next());
     if (!poses.due()) continue;
