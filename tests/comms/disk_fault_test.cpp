@@ -139,18 +139,24 @@ TEST(DiskStoreFaults, ASpoiltPlaceCostsOneLogItsEnd) {
   EXPECT_GE(store->view().unreadable, 1u);
 }
 
+// Of two robots, in all lanes.
+std::vector<Record> some_records(SignedLogs& logs) {
+  test::Random random(5);
+  std::vector<Record> records;
+  for (std::size_t step = 0; step < 160; ++step) {
+    const LogId log{step % 3 == 0 ? kOther : kRobot, static_cast<std::uint8_t>(random.below(5)), 1};
+    records.push_back(logs.next(log, 1, body(random.below(3000), static_cast<std::uint8_t>(step))));
+  }
+  return records;
+}
+
 // The power goes at every point at which the disk changes, with everything torn that may be: what was durable is there
 // as it was, and what else is there is whole.
 TEST(DiskStoreFaults, NoPointOfACrashLosesWhatWasDurable) {
   SignedLogs logs;
-  test::Random random(5);
-  std::vector<Record> records;
+  const std::vector<Record> records = some_records(logs);
   std::map<RecordId, Record> written;
-  for (std::size_t step = 0; step < 160; ++step) {
-    const LogId log{step % 3 == 0 ? kOther : kRobot, static_cast<std::uint8_t>(random.below(5)), 1};
-    records.push_back(logs.next(log, 1, body(random.below(3000), static_cast<std::uint8_t>(step))));
-    written.emplace(records.back().id, records.back());
-  }
+  for (const Record& record : records) written.emplace(record.id, record);
   const Record next_life = logs.next({kRobot, 0, 2}, 1, body(10));
   std::size_t crashes = 0, torn = 0;
   for (std::size_t cut = 0;; ++cut) {

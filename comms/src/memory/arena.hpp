@@ -10,6 +10,9 @@ namespace onemap::comms {
 // (Masmano, Ripoll, Crespo and Real, 2004), so that taking and giving back cost the same at any time, and what is given
 // back joins its free neighbours. 8 bytes a piece, at least 16 in all.
 //
+// The standard library's pools would do, if what one size was given could ever be had by another, and large pieces
+// could be given back to a fixed block: over hours records of all sizes come and go.
+//
 // When nothing fits, the heap gives it, and that is counted: limits elsewhere are such that it does not happen.
 class Arena final : public std::pmr::memory_resource {
  public:
