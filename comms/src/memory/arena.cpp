@@ -1,7 +1,5 @@
 #include "memory/arena.hpp"
 
-#include <sanitizer/asan_interface.h>
-
 #include <algorithm>
 #include <bit>
 #include <functional>
@@ -9,7 +7,29 @@
 
 #include "memory/memory.hpp"
 
+// A sanitizer is told what may be used; its header comes with it, and is not everywhere.
+#if defined(__SANITIZE_ADDRESS__)
+#define ONEMAP_ADDRESS_SANITIZER
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define ONEMAP_ADDRESS_SANITIZER
+#endif
+#endif
+#ifdef ONEMAP_ADDRESS_SANITIZER
+#include <sanitizer/asan_interface.h>
+#endif
+
 namespace onemap::comms {
+
+namespace {
+#ifdef ONEMAP_ADDRESS_SANITIZER
+void forbid(const std::byte* from, std::size_t bytes) { ASAN_POISON_MEMORY_REGION(from, bytes); }
+void allow(const std::byte* from, std::size_t bytes) { ASAN_UNPOISON_MEMORY_REGION(from, bytes); }
+#else
+void forbid(const std::byte*, std::size_t) {}
+void allow(const std::byte*, std::size_t) {}
+#endif
+}  // namespace
 
 Arena::Arena(std::size_t bytes, bool touched) : units_(static_cast<std::uint32_t>(bytes / kUnit)) {
   static_assert(sizeof(Head) == kHeadBytes && sizeof(Links) <= kUnit - kHeadBytes);
@@ -26,16 +46,14 @@ Arena::Arena(std::size_t bytes, bool touched) : units_(static_cast<std::uint32_t
 }
 
 Arena::~Arena() {
-  ASAN_UNPOISON_MEMORY_REGION(base_, capacity());
+  allow(base_, capacity());
   heap().deallocate(base_, capacity(), kUnit);
 }
 
-void Arena::open(std::uint32_t block) {
-  ASAN_UNPOISON_MEMORY_REGION(payload(block) - kHeadBytes, kHeadBytes + sizeof(Links));
-}
+void Arena::open(std::uint32_t block) { allow(payload(block) - kHeadBytes, kHeadBytes + sizeof(Links)); }
 
 void Arena::close(std::uint32_t block) {
-  ASAN_POISON_MEMORY_REGION(payload(block) + sizeof(Links), head(block).size * kUnit - kHeadBytes - sizeof(Links));
+  forbid(payload(block) + sizeof(Links), head(block).size * kUnit - kHeadBytes - sizeof(Links));
 }
 
 // Classes of sizes: each power of two in sixteen equal parts, and sizes below sixteen by themselves.
@@ -125,7 +143,7 @@ void* Arena::do_allocate(std::size_t bytes, std::size_t alignment) {
   split(block, static_cast<std::uint32_t>(units));
   used_ += units * kUnit;
   most_ = std::max(most_, used_);
-  ASAN_UNPOISON_MEMORY_REGION(payload(block), bytes);
+  allow(payload(block), bytes);
   return payload(block);
 }
 
