@@ -59,7 +59,10 @@ Status App::open_rest() {
   if (auto status = open_poses(); !status) return status;
   capture_->listen([this](const hal::FrameView& frame) { recorder_->offer(frame); });
   Outbox outbox;
-  outbox.publish = [this](OutgoingRecord record) { radio_->publish(std::move(record)); };
+  outbox.publish = [this](OutgoingRecord record) {
+    if (config_.speed.max && record.kind == mapping::RecordKind::submap) team_->catch_up();
+    radio_->publish(std::move(record));
+  };
   outbox.finish = [this](std::uint32_t frames) { radio_->finish(frames); };
   outbox.next_chain = [this](std::uint32_t frames) {
     OutgoingRecord hello = greeting();

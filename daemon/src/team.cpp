@@ -11,6 +11,7 @@ namespace onemap::daemon {
 
 namespace {
 constexpr auto kLookForWork = std::chrono::milliseconds(250);
+constexpr auto kPatience = std::chrono::seconds(1);
 constexpr auto kTeamStuckAfter = std::chrono::seconds(30);  // one piece of work, on a slow machine
 }  // namespace
 
@@ -35,6 +36,7 @@ void Team::stop(Duration for_the_map) {
     stopping_ = true;
   }
   wake_.notify_all();
+  caught_up_.notify_all();
   thread_.join();
 }
 
@@ -51,6 +53,11 @@ void Team::apply(std::shared_ptr<const Record> record) {
 bool Team::has_room() const {
   const std::lock_guard lock(mutex_);
   return inbox_.bytes < kInboxBytes;
+}
+
+void Team::catch_up() {
+  std::unique_lock lock(mutex_);
+  caught_up_.wait_for(lock, kPatience, [&] { return stopping_ || view_.unthinned <= kMostUnthinned; });
 }
 
 void Team::begin_life(std::uint64_t incarnation, bool repeats) {
@@ -123,9 +130,12 @@ void Team::answer() {
 }
 
 void Team::show() {
-  const std::lock_guard lock(mutex_);
-  view_ = map_.view();
-  view_.settled = view_.settled && inbox_.empty();
+  {
+    const std::lock_guard lock(mutex_);
+    view_ = map_.view();
+    view_.settled = view_.settled && inbox_.empty();
+  }
+  caught_up_.notify_all();
 }
 
 void Team::run() {

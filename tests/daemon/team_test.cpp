@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -106,6 +107,32 @@ TEST_F(TeamThread, UnderAnotherNumberTheOwnRecordsComeAgain) {
   EXPECT_TRUE(wait_until([&] { return team->view().robots_known == 1; }));
   team->stop();
   EXPECT_EQ(team->map().log().find(self.id())->incarnation, 8u);
+}
+
+// Who makes records as fast as it can waits for the thread that finds needless ones, and not for ever.
+TEST_F(TeamThread, WhoMakesRecordsWaitsUntilTheyWereLookedAt) {
+  config.merge_while_mapping = 1h;
+  config.map_interval = 1ms;
+  const auto team = begin();
+  hand(*team, self);
+  team->catch_up();  // nothing to wait for
+  std::atomic<bool> held = false, go_on = false;
+  team->ask([&](mapping::TeamMap&) {  // a map that takes long, while many records wait
+    if (team->view().unthinned <= Team::kMostUnthinned) return false;
+    held = true;
+    while (!go_on) std::this_thread::sleep_for(1ms);
+    return true;
+  });
+  EXPECT_TRUE(wait_until([&] {
+    for (std::size_t i = 0; !held && i <= Team::kMostUnthinned; ++i) team->apply(self.submap());
+    append(*team);
+    return held.load();
+  }));
+  const Instant began = now();
+  team->catch_up();
+  EXPECT_GE(now() - began, 900ms) << "it waits, but never for long";
+  go_on = true;
+  EXPECT_TRUE(wait_until([&] { return append(*team), team->view().unthinned == 0; }));
 }
 
 // What came just before the end is of the map, too.

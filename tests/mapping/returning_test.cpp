@@ -15,11 +15,14 @@ using test::fused;
 TEST(Returning, WhatIsKeptGrowsWithThePlaceAndNotWithTheTime) {
   test::Stream stream("simulated:house?frames=1400&fps=10&width=320&height=240");
   test::ReturningRobot robot(stream.intrinsics());
-  std::size_t n = 0;
+  std::size_t n = 0, unthinned = 0;
   while (const auto frame = stream.next()) {
     robot.see(frame->view());
     if (++n % 100 == 0) robot.work();
+    if (n == 1290) unthinned = robot.view().unthinned;
   }
+  EXPECT_GT(unthinned, 10u) << "that have come since";
+  EXPECT_EQ(robot.view().unthinned, 0u) << "all were looked at";
   ASSERT_NE(robot.team.solution(), nullptr);
   const SolutionRecord solution = *robot.team.solution();
 

@@ -43,6 +43,10 @@ class ReturningRobot {
       write(mapping::Lane::features, mapping::RecordKind::keyframe, remains.body);
     }
   }
+  const mapping::TeamView& view() {
+    team.observe(now_);
+    return team.view();
+  }
   void finish() {
     mapper_.finish();
     take();

@@ -41,6 +41,10 @@ class Team {
   void apply(std::shared_ptr<const Record> record);  // from the radio, which asks first whether there is room
   static constexpr std::size_t kInboxBytes = 8u << 20;
   bool has_room() const;  // fewer bytes than that wait to be applied, in bodies
+  // For who makes records as fast as it can: waits, a second at most, while many own voxel records are not yet looked
+  // at for what they make needless, so that memory does not depend on how fast the processor is.
+  void catch_up();
+  static constexpr std::size_t kMostUnthinned = 160;  // some 8 MB
   // From the radio: this robot goes on under this number. repeats: its records come again, and those of the life before
   // do not count.
   void begin_life(std::uint64_t incarnation, bool repeats);
@@ -81,7 +85,7 @@ class Team {
   std::function<void(mapping::SpareRecords)> given_;
   mapping::TeamMap map_;
   mutable std::mutex mutex_;  // of inbox_, view_ and links_
-  std::condition_variable wake_;
+  std::condition_variable wake_, caught_up_;
   Inbox inbox_;
   TeamView view_;
   LinkTally links_;

@@ -6,6 +6,7 @@
 #include <map>
 #include <numeric>
 #include <set>
+#include <unordered_map>
 #include <utility>
 
 #include "floor_int.hpp"
@@ -52,7 +53,7 @@ class NeedlessSubmaps::Evidence {
   }
 
  private:
-  std::map<std::uint64_t, std::uint64_t> cells_;
+  std::unordered_map<std::uint64_t, std::uint64_t> cells_;
 };
 
 std::vector<std::uint32_t> NeedlessSubmaps::look(const TeamMember& own, const SolvedRobot& solved) {

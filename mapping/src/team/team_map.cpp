@@ -65,7 +65,7 @@ void TeamMap::begin_life(std::uint64_t incarnation, bool repeats) {
   view_.T_map_odometry.reset();
   view_.settled = false;
   say_again_ = published_.has_value();
-  needless_looked_at_ = 0;
+  voxels_thinned_.records = keyframes_thinned_.records = 0;
   frontier_ = {};
   unwritten_.clear();
 }
@@ -84,12 +84,14 @@ bool TeamMap::step(Instant now, const Stop& stop) {
          look_for_needless(now);
 }
 
-// While robots map, solving gets a tenth of the time at most, and fusing a third.
+// While robots map, solving gets a tenth of the time at most, fusing a third, and each look for what is needless a
+// twentieth.
 void TeamMap::took(Duration cost) {
   if (worked_ == Work::verified) verifier_.took(cost);
   if (worked_ == Work::solved) next_solve_ += 10 * cost;
   if (worked_ == Work::fused) next_aim_ += 3 * cost;
-  if (worked_ == Work::thinned) next_needless_ += 20 * cost;
+  if (worked_ == Work::thinned_voxels) voxels_thinned_.next += 20 * cost;
+  if (worked_ == Work::thinned_keyframes) keyframes_thinned_.next += 20 * cost;
 }
 
 bool TeamMap::find_loops(const Agreement& team, Instant now, const Stop& stop) {
@@ -203,31 +205,50 @@ bool TeamMap::fuse(const Agreement& team, Instant now, const Stop& stop) {
   return true;
 }
 
-// Own records that later ones have made needless, now and then: a pass over all of them.
-bool TeamMap::look_for_needless(Instant now) {
+// Whether it is time for one, which counts from now on.
+bool TeamMap::Thinning::begin(Instant now, std::size_t there, std::size_t many) {
   constexpr Duration kLook = std::chrono::seconds(10);
-  constexpr std::size_t kMany = 100;  // records that came since: recordings are played as fast as it goes
+  if (now < next && there < records + many) return false;
+  next = now + kLook;
+  records = there;
+  return true;
+}
+
+// Own records that later ones have made needless, now and then, and after so many more: recordings are played as fast
+// as it goes. Voxels, which are most of what a robot holds, do not wait for keyframes, which take longer.
+bool TeamMap::look_for_needless(Instant now) {
+  constexpr std::size_t kManyVoxels = 40, kManyKeyframes = 100;
   const TeamMember* own = log_.own();
-  const bool many = own != nullptr && own->submaps.size() + own->keyframes.size() >= needless_looked_at_ + kMany;
-  if ((now < next_needless_ && !many) || !fusion_.done()) return false;
-  next_needless_ = now + kLook;
-  needless_looked_at_ = own == nullptr ? 0 : own->submaps.size() + own->keyframes.size();
+  if (own == nullptr || own->finished || !fusion_.done()) return false;
   const SolvedRobot* solved = find_solved(*fusion_.solution(), log_.own_chain());
-  if (own == nullptr || solved == nullptr || own->finished) return false;
-  worked_ = Work::thinned;
-  const RecordId voxels{{self_, static_cast<std::uint8_t>(Lane::voxels), own->incarnation}, 0};
-  for (const std::uint32_t sequence : needless_.look(*own, *solved)) {
-    spare_.needless.push_back({voxels.log, sequence});
+  if (solved == nullptr) return false;
+  if (voxels_thinned_.begin(now, own->submaps.size(), kManyVoxels)) {
+    worked_ = Work::thinned_voxels;
+    thin_voxels(*own, *solved);
+    return true;
+  }
+  if (!keyframes_thinned_.begin(now, own->keyframes.size(), kManyKeyframes)) return false;
+  worked_ = Work::thinned_keyframes;
+  thin_keyframes(*own, *solved);
+  return true;
+}
+
+void TeamMap::thin_voxels(const TeamMember& own, const SolvedRobot& solved) {
+  const LogId log{self_, static_cast<std::uint8_t>(Lane::voxels), own.incarnation};
+  for (const std::uint32_t sequence : needless_.look(own, solved)) {
+    spare_.needless.push_back({log, sequence});
     ++view_.needless;
   }
-  for (const std::size_t position : needless_keyframes_.look(self_, *own, *solved, places_)) {
-    const Record& record = *own->keyframes[position];
+}
+
+void TeamMap::thin_keyframes(const TeamMember& own, const SolvedRobot& solved) {
+  for (const std::size_t position : needless_keyframes_.look(self_, own, solved, places_)) {
+    const Record& record = *own.keyframes[position];
     const auto keyframe = decode_keyframe(record.body);
     if (!keyframe) continue;
     spare_.keyframes.push_back({record.id, encode(place_alone(*keyframe))});
     ++view_.needless_keyframes;
   }
-  return false;
 }
 
 void TeamMap::finish_fusion(const Stop& stop) {
@@ -301,6 +322,9 @@ void TeamMap::update_view(const Agreement& team) {
   view_.robots_known = team.robots().size();
   view_.greeted = {team.robots().begin(), team.robots().end()};
   view_.places_left_out = places_.left_out();
+  const TeamMember* own = log_.own();
+  const bool can_be_thinned = own != nullptr && !own->finished && view_.T_map_odometry;
+  view_.unthinned = can_be_thinned ? own->submaps.size() - voxels_thinned_.records : 0;
   view_.robots_finished = 0;
   for (const RobotId& robot : team.robots()) view_.robots_finished += log_.find(robot)->finished ? 1 : 0;
   view_.waiting = team.waiting();

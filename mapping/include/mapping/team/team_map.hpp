@@ -52,6 +52,7 @@ struct TeamView {
   std::uint64_t blocks_unplaced = 0;                  // of the last global map: hung on an anchor nobody knows
   std::uint64_t needless = 0;                         // own voxel records that were found needless, in all
   std::uint64_t needless_keyframes = 0;               // and own keyframes
+  std::uint64_t unthinned = 0;                        // own voxel records that came since needless ones were looked for
   std::uint64_t records_refused = 0, submaps_refused = 0;  // malformed or not its author's to write; and of these
   Duration merge{};                                        // from the end of the last robot's work to the global map
   std::vector<std::uint64_t> digests;                      // of the last global maps, at most 32, the newest last
@@ -118,7 +119,13 @@ class TeamMap {
   const std::map<std::uint16_t, RefusedRecords>& refused() const { return refused_; }  // by kind
 
  private:
-  enum class Work { none, verified, solved, fused, thinned };
+  enum class Work { none, verified, solved, fused, thinned_voxels, thinned_keyframes };
+  // A pass over all own records of a kind for what later ones have made needless.
+  struct Thinning {
+    Instant next{};           // not before, unless many came since
+    std::size_t records = 0;  // there were at the last one
+    bool begin(Instant now, std::size_t there, std::size_t many);
+  };
   void refuse(const RecordId& id, std::uint16_t kind, const std::string& reason);
   void tell(const Record& record, bool first_hello);
   bool find_loops(const Agreement& team, Instant now, const Stop& stop);
@@ -136,6 +143,8 @@ class TeamMap {
   bool fuse(const Agreement& team, Instant now, const Stop& stop);
   void fused();
   bool look_for_needless(Instant now);
+  void thin_voxels(const TeamMember& own, const SolvedRobot& solved);
+  void thin_keyframes(const TeamMember& own, const SolvedRobot& solved);
   void tell_fused(bool final);
   void note_end(const Agreement& team, Instant now);
   void note_links();
@@ -159,12 +168,12 @@ class TeamMap {
   MapFusion fusion_;
   NeedlessSubmaps needless_;
   NeedlessKeyframes needless_keyframes_;
-  std::size_t needless_looked_at_ = 0;  // so many own records
+  Thinning voxels_thinned_, keyframes_thinned_;
   SpareRecords spare_;
-  std::set<RecordId> malformed_;                                           // submaps that were to be fused
-  Instant next_solve_{}, next_frontier_{}, next_aim_{}, next_needless_{};  // not before, while robots map
-  std::uint64_t solved_revision_ = 0;                                      // of the log
-  bool final_ = false;                                                     // what is fused is from all that will come
+  std::set<RecordId> malformed_;                             // submaps that were to be fused
+  Instant next_solve_{}, next_frontier_{}, next_aim_{};      // not before, while robots map
+  std::uint64_t solved_revision_ = 0;                        // of the log
+  bool final_ = false;                                       // what is fused is from all that will come
   std::optional<std::pair<std::uint64_t, Instant>> told_{};  // the solution of the last map that was told, and when
   Instant now_{};                                            // of this step
   Work worked_ = Work::none;                                 // the last step
