@@ -13,7 +13,6 @@ namespace {
 using namespace std::chrono_literals;
 using test::colour_node;
 using test::depth_node;
-using test::MockNodeConfig;
 using test::MockUvc;
 using testing::HasSubstr;
 
@@ -75,12 +74,15 @@ TEST_F(V4l2Faults, PulledOutWhileItIsOpenedAgainItComesBackAllTheSame) {
 }
 
 TEST_F(V4l2Faults, DepthWithoutColourSaysWhatIsLacking) {
-  MockNodeConfig infrared = colour_node({V4L2_PIX_FMT_Y10});
-  machine_.add(1, 0, depth_node(), std::move(infrared));
+  machine_.add(1, 0, depth_node(), colour_node({V4L2_PIX_FMT_Y10}));
   EXPECT_THAT(open_error(), HasSubstr("/dev/video0: no colour node on the same device; name it: ?color=/dev/videoM"));
   const auto cameras = list_v4l2();
   ASSERT_EQ(cameras.size(), 1u);
   EXPECT_THAT(cameras[0].problem, HasSubstr("no colour node"));
+  machine_.add(2, 2, depth_node(), colour_node());
+  const auto camera = open();
+  ASSERT_TRUE(camera.ok()) << "the first that has both: " << camera.error().text();
+  EXPECT_THAT((*camera)->description(), HasSubstr("depth /dev/video2"));
 }
 
 // All of these would have gone into registration as they are.
