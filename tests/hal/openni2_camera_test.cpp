@@ -353,6 +353,8 @@ TEST_F(OpenNi2CameraTest, AreListedWithTheirAddress) {
   EXPECT_EQ(cameras[0].address, "openni2:room://a");
   EXPECT_EQ(cameras[0].description, "onemap Simulated room (USB 1d27:0601)");
   EXPECT_EQ(cameras[0].problem, "");
+  devices_.plug("b", kSteps + "unheard 1\n");
+  EXPECT_EQ(list_openni2().size(), 2u) << "what the drivers do not hear come (no udev) is there when they begin";
   open(cameras[0].address);
 }
 

@@ -52,24 +52,24 @@ class UsbDaemon : public testing::Test {
 TEST_F(UsbDaemon, SaysWhichCamerasComeLeaveAreResetAndAreOnSlowPorts) {
   const auto d455 = device_of(kRealSense, 0x0b5c, 0x0320);
   bus_.plug(3, "5000", d455);
-  EXPECT_TRUE(robot_->says("Intel RealSense 8086:0b5c, USB bus 1 port 3 came\n")) << robot_->log();
+  ASSERT_TRUE(robot_->says("Intel RealSense 8086:0b5c, USB bus 1 port 3 came\n")) << robot_->log();
   bus_.unplug(3);
-  EXPECT_TRUE(robot_->says("Intel RealSense 8086:0b5c, USB bus 1 port 3 left\n")) << robot_->log();
+  ASSERT_TRUE(robot_->says("Intel RealSense 8086:0b5c, USB bus 1 port 3 left\n")) << robot_->log();
   bus_.plug(3, "5000", d455);
-  EXPECT_TRUE(robot_->says("Intel RealSense 8086:0b5c, USB bus 1 port 3 was reset\n")) << robot_->log();
+  ASSERT_TRUE(robot_->says("Intel RealSense 8086:0b5c, USB bus 1 port 3 was reset\n")) << robot_->log();
   bus_.plug(4, "480", device_of(kRealSense, 0x0b3a, 0x0210));
-  EXPECT_TRUE(
+  ASSERT_TRUE(
       robot_->says("Intel RealSense 8086:0b3a, USB bus 1 port 4 came; it is on USB 2 (480 Mbit/s), where it has "
                    "fewer sizes and frame rates than on USB 3: another port or cable changes that\n"))
       << robot_->log();
   bus_.plug(5, "12");
-  EXPECT_TRUE(
+  ASSERT_TRUE(
       robot_->says("Kinect v1 045e:02ae, USB bus 1 port 5 came; it runs at 12 Mbit/s; it needs a USB 2 port "
                    "with 480 Mbit/s\n"))
       << robot_->log();
   bus_.plug(6, "480", device_of(0x046d, 0x0825, 0x0200));  // somebody's webcam
   bus_.plug(7, "480", device_of(0x2bc5, 0x0669, 0x0200));
-  EXPECT_TRUE(robot_->says("Orbbec 2bc5:0669, USB bus 1 port 7 came\n")) << robot_->log();
+  ASSERT_TRUE(robot_->says("Orbbec 2bc5:0669, USB bus 1 port 7 came\n")) << robot_->log();
   EXPECT_EQ(lines_with("046d"), 0u) << robot_->log();
 }
 
