@@ -100,8 +100,7 @@ void App::start() {
   if (config_.record.start)
     if (auto begun = recorder_->start(next_recording(config_.out)); !begun)
       log_.warn("not recording: {}; mend that, then `onemapctl record start`", begun.error().text());
-  if (camera_->live())
-    if (auto usb = hal::UsbWatch::start(); usb) usb_watch_ = std::move(*usb);
+  if (camera_->live()) watch_usb();
   capture_->start();
 }
 
@@ -194,14 +193,22 @@ void App::watch(Instant now) {
   service_.watch(hearts, now);
 }
 
-// What comes to USB may be the camera that is missing, on a port that is too slow for it.
+void App::watch_usb() {
+  auto usb = hal::UsbWatch::start();
+  if (usb)
+    usb_watch_ = std::move(*usb);
+  else
+    log_.line("{}", usb.error().text());
+}
+
+// What comes to USB may be the camera that is missing, on a port that is too slow for it. A plug that is loose comes
+// and goes all day.
 void App::hear_usb(Instant now) {
   if (!usb_watch_) return;
   for (const hal::UsbNews& one : usb_watch_->news(now)) {
-    if (one.problem.empty() && one.what != hal::UsbNews::What::reset)
-      log_.line("{}", one.text());
-    else
-      log_.warn("{}", one.text());
+    const bool good = one.problem.empty() && one.what != hal::UsbNews::What::reset;
+    const std::string topic = fmt::format("{} {}", one.camera, static_cast<int>(one.what));
+    log_.limited(good ? Level::info : Level::warning, topic, "{}", one.text());
   }
 }
 

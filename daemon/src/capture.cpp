@@ -87,7 +87,11 @@ void Capture::tell(hal::Grab grab) {
   } else if (grab == hal::Grab::gone && !away_) {
     away_ = true;
     ++gone_;
-    log_.warn("the camera is gone: {}; waiting for it: look at its cable and power", camera_.last_error().text());
+    why_away_ = camera_.last_error().text();
+    log_.warn("the camera is gone: {}; waiting for it: look at its cable and power", why_away_);
+  } else if (grab == hal::Grab::gone && camera_.last_error().text() != why_away_) {
+    const std::string why = camera_.last_error().text();  // it may be there, and not as it was
+    if (log_.limited("camera away", "the camera is still gone: {}", why)) why_away_ = why;
   } else if (grab == hal::Grab::frame && away_) {
     away_ = false;
     log_.line("the camera is back");

@@ -102,6 +102,16 @@ TEST(Capture, AGoneCameraIsWaitedForAndSaidOnceEachTime) {
   EXPECT_EQ(count(played.log, "the camera is back"), 2u) << played.log;
 }
 
+// It is at a port that is too slow for it, or another is in its place: nobody would look there for a cable.
+TEST(Capture, WhyACameraDoesNotComeBackIsSaidWhenItIsAnotherReason) {
+  using enum Grab;
+  const std::string log = play({frame, gone, gone, gone, frame}).log;
+  EXPECT_EQ(count(log, "the camera is gone: /dev/camera: unplugged 1; waiting for it"), 1u) << log;
+  EXPECT_EQ(count(log, "the camera is still gone: /dev/camera: unplugged 2\n"), 1u) << log;
+  EXPECT_EQ(count(log, "the camera is still gone"), 1u) << "once a second at most: " << log;
+  EXPECT_THAT(play({frame, gone, frame}).log, testing::Not(HasSubstr("still gone")));
+}
+
 TEST(Capture, WhatTheCameraSaysOfItselfIsReadAnewWhenItIsBack) {
   using enum Grab;
   const Played once = play({frame, gone, frame, frame});

@@ -8,6 +8,8 @@
 #include "hal/imaging/image_file.hpp"
 #include "hal/imaging/raw_colour.hpp"
 #include "hal/imaging/raw_depth.hpp"
+#include "hal/imaging/register_depth.hpp"
+#include "hal/imaging/rig_calibration.hpp"
 #include "hal/imaging/tabled_registration.hpp"
 
 namespace onemap::fuzz {
@@ -76,6 +78,23 @@ void kinect(bool tabled, std::uint8_t how, const RawImage& image) {
                          [&](std::span<std::uint16_t> out) { return registration.apply(image.bytes, out); });
 }
 
+// A calibration file that is anything: what it is read as, registration can count with.
+void rig(Bytes text) {
+  using namespace hal::imaging;
+  const auto rig = parse_rig_calibration({reinterpret_cast<const char*>(text.data()), text.size()}, "file");
+  ONEMAP_FUZZ_EXPECT(rig.ok() || !rig.error().reason.empty());
+  if (!rig || !rig->depth) return;
+  const auto again = parse_rig_calibration(text_of(*rig), "again");
+  ONEMAP_FUZZ_EXPECT(again.ok());
+  const std::size_t depths = size_of(*rig->depth).pixels(), colours = size_of(rig->colour).pixels();
+  if (depths > kMostPixels / 16 || colours > kMostPixels / 16) return;
+  DepthRegistration registration(*rig->depth, rig->colour, rig->pose, rig->depth_offset_m);
+  std::vector<std::uint16_t> depth(depths), registered(colours);
+  for (std::size_t i = 0; i < depths; ++i) depth[i] = static_cast<std::uint16_t>(i * 2654435761u >> 16);
+  const auto counts = registration.apply(depth, registered);
+  ONEMAP_FUZZ_EXPECT(counts.outside <= counts.readings && counts.readings <= depths);
+}
+
 enum class File : std::uint8_t { colour, depth, plain_colour };
 
 void file(Bytes input, File kind) {
@@ -100,6 +119,7 @@ void image(Bytes input) {
   if (input.size() < 4) return;
   const std::size_t which = input[0] % 16u;
   const Bytes rest = input.subspan(4);
+  if (which == 13) return rig(rest);
   if (which >= 6 && which <= 8)
     return file(rest, which == 6 ? File::colour : which == 7 ? File::depth : File::plain_colour);
   // As long as the image says or shorter, in memory of its own: the address sanitizer sees a byte too far.

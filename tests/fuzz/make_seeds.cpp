@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <string_view>
 
 #include "comms/record_head.hpp"
 #include "comms/wire.hpp"
@@ -193,6 +194,13 @@ void image_seeds() {
   // 11 and 12 are a Kinect's packed disparities, to millimetres and by tables.
   write("image", "kinect_mm", seed(11, 0, some(kWidth * kHeight / 8 * 11)));
   write("image", "kinect_tabled", seed(12 + 16 * 3, 0, some(kWidth * kHeight / 8 * 11)));
+  // 13 is a calibration file.
+  constexpr std::string_view kRig =
+      "width 40\nheight 30\nfx 38\nfy 38\ncx 19.5\ncy 14.5\nk1 0.05\ndepth_scale 1000\ndepth_none 65535\n"
+      "depth_offset_m 0.01\ndepth_width 48\ndepth_height 32\ndepth_fx 24\ndepth_fy 24\ndepth_cx 23.5\n"
+      "depth_cy 15.5\ncolour_from_depth_x 0.02\ncolour_from_depth_y -0.001\ncolour_from_depth_qx 0.0299955\n"
+      "colour_from_depth_qw 0.99955\n";
+  write("image", "rig", seed(13, 0, Bytes(kRig.begin(), kRig.end())));
   Bytes file;
   const std::vector<std::uint16_t> depth(kWidth * kHeight, 1234);
   if (encode_colour({kWidth, kHeight}, pixels, file)) write("image", "png", seed(6, 0, file));

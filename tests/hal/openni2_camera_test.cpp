@@ -190,8 +190,9 @@ TEST_F(OpenNi2CameraTest, ADeviceThatItsDriverDoesNotHearComeIsFoundAllTheSame) 
 
 TEST_F(OpenNi2CameraTest, BadAddressesSayWhatIsWrong) {
   EXPECT_THAT(open_error("openni2:"), HasSubstr("no device"));
-  EXPECT_THAT(open_error("openni2:room://nobody"), HasSubstr("room://nobody"));
-  EXPECT_THAT(open_error("openni2:/nowhere/file.oni"), HasSubstr("/nowhere/file.oni"));
+  EXPECT_THAT(open_error("openni2:room://nobody"), HasSubstr("camera room://nobody: cannot be opened: DeviceOpen: "));
+  EXPECT_EQ(open_error("openni2:/nowhere/file.oni"),
+            "camera /nowhere/file.oni: cannot be read: No such file or directory");
   devices_.folder().write("bad.oni", "this is no recording");
   EXPECT_THAT(open_error("openni2:" + (devices_.folder() / "bad.oni")), HasSubstr("bad.oni"));
   devices_.plug("a", kSteps);
@@ -287,6 +288,22 @@ TEST_F(OpenNi2CameraTest, AnotherDeviceIsNotTakenForTheOneThatLeft) {
   EXPECT_THAT(camera_->description(), HasSubstr("room://c")) << "where it is now";
 }
 
+TEST_F(OpenNi2CameraTest, OneThatHasTheSameSerialNumberIsNotTakenForTheOneThatLeft) {
+  devices_.plug("a", kSteps + "serial ONE\n");
+  devices_.plug("twin", kSteps + "serial ONE\n");
+  open("openni2:room://a");
+  ASSERT_EQ(step_and_grab(), Grab::frame);
+  devices_.unplug("a");
+  ASSERT_EQ(grab_past(Grab::timeout), Grab::gone);
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(camera_->grab(frame_, 20ms), Grab::gone) << "the twin is there";
+  devices_.plug("c", kSteps + "serial ONE\n");
+  devices_.step("c");
+  Grab grab = grab_past(Grab::gone);
+  if (grab == Grab::timeout) grab = grab_past(Grab::timeout);
+  EXPECT_EQ(grab, Grab::frame) << camera_->last_error().text();
+  EXPECT_THAT(camera_->description(), HasSubstr("room://c"));
+}
+
 TEST_F(OpenNi2CameraTest, ClosesAndOpensAgainWhileItStreams) {
   devices_.plug("a", "room " + kRoom + "\nhz 30\n");
   for (int i = 0; i < 3; ++i) {
@@ -336,6 +353,8 @@ TEST_F(OpenNi2CameraTest, AreListedWithTheirAddress) {
   EXPECT_EQ(cameras[0].address, "openni2:room://a");
   EXPECT_EQ(cameras[0].description, "onemap Simulated room (USB 1d27:0601)");
   EXPECT_EQ(cameras[0].problem, "");
+  devices_.plug("b", kSteps + "unheard 1\n");
+  EXPECT_EQ(list_openni2().size(), 2u) << "what the drivers do not hear come (no udev) is there when they begin";
   open(cameras[0].address);
 }
 

@@ -67,6 +67,27 @@ TEST(RigCalibration, ErrorsSayWhereAndWhat) {
   EXPECT_THAT(error_of("noise_best_m -1\n"), HasSubstr("c:1: noise_best_m must be within 0 to 10"));
 }
 
+// Registration counts in whole numbers of 32 bits: what no camera has would take it out of them.
+TEST(RigCalibration, LensesThatNoCameraHasAreRefusedWhereTheyStand) {
+  const auto with = [](std::string text, const std::string& key, const std::string& value) {
+    const std::size_t at = ("\n" + text).find("\n" + key + " "), end = text.find('\n', at);
+    return at == std::string::npos ? text + key + " " + value + "\n" : text.replace(at, end - at, key + " " + value);
+  };
+  const std::string rig = kColour + kDepth;
+  ASSERT_EQ(error_of(rig), "");
+  EXPECT_THAT(error_of(with(rig, "fx", "1e30")),
+              HasSubstr("c:3: fx: 1e+30 is not within 128 to 25600, for images of 1280x720"));
+  EXPECT_THAT(error_of(with(rig, "depth_fx", "1e-30")),
+              HasSubstr("c:10: depth_fx: 1e-30 is not within 84.8 to 16960, for images of 848x480"));
+  EXPECT_THAT(error_of(with(rig, "depth_fy", "9")), HasSubstr("c:11: depth_fy"));
+  EXPECT_THAT(error_of(with(rig, "cy", "720")), HasSubstr("c:6: cy: 720 is not within -0.5 to 719.5"));
+  EXPECT_THAT(error_of(with(rig, "depth_cx", "-3e9")), HasSubstr("c:12: depth_cx"));
+  EXPECT_THAT(error_of(with(rig, "k1", "1e20")), HasSubstr("c:14: k1 must be within -100 to 100"));
+  EXPECT_THAT(error_of(with(rig, "depth_p2", "-101")), HasSubstr("depth_p2 must be within"));
+  for (const char* value : {"0", "-1", "nan", "inf", "1e-300", "1e300", "99", "1e6"})
+    EXPECT_THAT(error_of(with(rig, "depth_scale", value)), HasSubstr("c:7: depth_scale")) << value;
+}
+
 TEST(RigCalibration, AnotherSizeOfTheSameShapeIsScaled) {
   Intrinsics k;  // 640x480
   k.k1 = 0.2;

@@ -69,6 +69,7 @@ class App {
   Status open_poses();
   void tell_pose(const PoseNow& pose);
   void watch(Instant now);
+  void watch_usb();
   void hear_usb(Instant now);
   void take_standing(Instant now);
   void say_waiting(Instant now);

@@ -78,6 +78,7 @@ class Capture {
   FrameCheck check_;
   FrameTimes times_;
   std::atomic<bool> away_ = false;  // the camera, as the log has it
+  std::string why_away_;            // likewise
   std::atomic<bool> ended_ = false;
   bool stopping_ = false;  // with mutex_
   CameraWords words_;      // with mutex_

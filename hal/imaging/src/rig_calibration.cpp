@@ -7,9 +7,11 @@
 #include <initializer_list>
 #include <limits>
 #include <map>
+#include <tuple>
 #include <vector>
 
 #include "hal/imaging/text_lines.hpp"
+#include "hal/lens.hpp"
 
 namespace onemap::hal::imaging {
 
@@ -19,6 +21,7 @@ namespace {
 enum class Kind { any, positive, side, depth_value };
 
 constexpr Range<double> kAnyNumber{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+constexpr Range<double> kDistortion{-100, 100};  // dimensionless; real lenses have less than 10
 
 struct Key {
   std::string_view name;
@@ -31,12 +34,12 @@ constexpr Key kKeys[] = {{"width", Kind::side},
                          {"fy", Kind::positive},
                          {"cx", Kind::any},
                          {"cy", Kind::any},
-                         {"k1", Kind::any},
-                         {"k2", Kind::any},
-                         {"p1", Kind::any},
-                         {"p2", Kind::any},
-                         {"k3", Kind::any},
-                         {"depth_scale", Kind::positive},
+                         {"k1", Kind::any, kDistortion},
+                         {"k2", Kind::any, kDistortion},
+                         {"p1", Kind::any, kDistortion},
+                         {"p2", Kind::any, kDistortion},
+                         {"k3", Kind::any, kDistortion},
+                         {"depth_scale", Kind::positive, kDepthScale},
                          {"depth_none", Kind::depth_value},
                          {"depth_offset_m", Kind::any},
                          {"depth_width", Kind::side},
@@ -45,11 +48,11 @@ constexpr Key kKeys[] = {{"width", Kind::side},
                          {"depth_fy", Kind::positive},
                          {"depth_cx", Kind::any},
                          {"depth_cy", Kind::any},
-                         {"depth_k1", Kind::any},
-                         {"depth_k2", Kind::any},
-                         {"depth_p1", Kind::any},
-                         {"depth_p2", Kind::any},
-                         {"depth_k3", Kind::any},
+                         {"depth_k1", Kind::any, kDistortion},
+                         {"depth_k2", Kind::any, kDistortion},
+                         {"depth_p1", Kind::any, kDistortion},
+                         {"depth_p2", Kind::any, kDistortion},
+                         {"depth_k3", Kind::any, kDistortion},
                          {"colour_from_depth_x", Kind::any},
                          {"colour_from_depth_y", Kind::any},
                          {"colour_from_depth_z", Kind::any},
@@ -133,6 +136,21 @@ std::string missing(const Numbers& numbers, const std::string& prefix) {
   return names;
 }
 
+// A lens that no camera has would take registration out of the numbers that it counts with.
+Status check_lens(const Numbers& numbers, const std::string& prefix, const std::string& name) {
+  const auto get = [&](const std::string& key) { return numbers.find(prefix + key)->second; };
+  for (const auto& [along, focal, centre] : {std::tuple("width", "fx", "cx"), {"height", "fy", "cy"}}) {
+    const double width = get("width").value, side = get(along).value;
+    const Range<double> focal_px{kFocalLengthWidths.least * width, kFocalLengthWidths.most * width};
+    for (const auto& [key, range] : {std::pair(focal, focal_px), {centre, Range<double>{-0.5, side - 0.5}}})
+      if (const Given given = get(key); !range.holds(given.value))
+        return Error{fmt::format("{}:{}", name, given.line),
+                     fmt::format("{}{}: {:g} is not within {:g} to {:g}, for images of {:g}x{:g}", prefix, key,
+                                 given.value, range.least, range.most, width, get("height").value)};
+  }
+  return success();
+}
+
 bool any_with(const Numbers& numbers, std::initializer_list<std::string_view> prefixes) {
   for (const auto& [key, given] : numbers)
     for (const std::string_view prefix : prefixes)
@@ -171,6 +189,9 @@ Result<RigCalibration> parse_rig_calibration(std::string_view text, const std::s
   if (two_lenses) absent += missing(*numbers, "depth_");
   if (!numbers->contains("depth_scale")) absent += " depth_scale";
   if (!absent.empty()) return Error{name, "the calibration lacks" + absent};
+  for (const std::string prefix : {"", "depth_"})
+    if (const Status status = prefix.empty() || two_lenses ? check_lens(*numbers, prefix, name) : success(); !status)
+      return status.error();
   RigCalibration rig;
   rig.colour = lens_of(*numbers, "");
   if (two_lenses) rig.depth = lens_of(*numbers, "depth_");

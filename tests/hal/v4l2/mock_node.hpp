@@ -37,7 +37,14 @@ class MockNode {
   int set_format(v4l2_format& f);
   int enumerate_sizes(v4l2_frmsizeenum& s) const;
   int enumerate_rates(v4l2_frmivalenum& v) const;
+  int choose(unsigned long request, std::uint8_t* argument);
+  int stream(unsigned long request, std::uint8_t* argument);
+  int describe(v4l2_capability& v) const;
+  int enumerate_formats(v4l2_fmtdesc& v) const;
+  int set_rate(v4l2_streamparm& v, bool wanted);
   int request_buffers(v4l2_requestbuffers& r);
+  int describe(v4l2_buffer& v) const;
+  int queue(std::uint32_t index);
   int take(v4l2_buffer& b);
   void produce();
   void forget();

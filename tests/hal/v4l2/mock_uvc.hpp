@@ -69,7 +69,8 @@ class MockUvc {
   void damage_next();                            // the next colour image is marked so
   void refuse(unsigned long request, int code);  // the next such call on the colour node fails
   void refuse_always(unsigned long request, int code);
-  void hang();  // the streams that run give nothing any more; those that are begun anew do
+  void vanish_at(int call);  // it no longer answers from the call after so many on, until it is plugged in again
+  void hang();               // the streams that run give nothing any more; those that are begun anew do
   std::string depth_path() const { return depth_path_; }
   std::string colour_path() const { return colour_path_; }
   std::uint64_t open_buffers() const;  // of the depth node, that the driver has now
@@ -87,6 +88,7 @@ class MockUvc {
   mutable std::mutex mutex_;
   std::int64_t now_us_ = 1'000'000;
   bool paused_ = false, present_ = false;
+  int until_vanished_ = -1;  // calls; negative: it stays
   std::unique_ptr<MockNode> depth_, colour_;
 };
 

@@ -59,6 +59,10 @@ void MockBus::unplug(int socket) {
   umockdev_testbed_remove_device(testbed_, path.c_str());
 }
 
+void MockBus::pull_out_at(int socket, int request) {
+  if (Plugged* one = at(socket)) one->port->pull_out_at(request);
+}
+
 void MockBus::step(int socket) {
   if (Plugged* one = at(socket)) one->port->step();
 }

@@ -23,6 +23,8 @@ class MockBus {
   // As the next device of bus 1. The device must live as long as the bus.
   void plug(int socket, UsbDevice& device, UsbPort::Speed speed = UsbPort::Speed::high);
   void unplug(int socket);
+  // It no longer answers from the request after so many on, and the kernel does not tell of it before unplug().
+  void pull_out_at(int socket, int request);
   // The device has something to send.
   void step(int socket);
 

@@ -135,6 +135,10 @@ int MockPort::call(File file, unsigned long request, void* argument) {
 }
 
 int MockPort::submit(const Owned& owned) {
+  if (until_pulled_out_ >= 0 && until_pulled_out_-- == 0) {
+    vanish();
+    return ENODEV;
+  }
   const std::uint32_t number = ++last_number_;
   owned.urb->actual_length = 0;
   submitted_[number] = owned;
@@ -166,9 +170,13 @@ void MockPort::step() {
 
 void MockPort::pull_out() {
   const std::lock_guard lock(mutex_);
+  vanish();
+  show_ready();
+}
+
+void MockPort::vanish() {
   present_ = false;
   while (!submitted_.empty()) complete(submitted_.begin()->first, -ESHUTDOWN, 0);
-  show_ready();
 }
 
 void MockPort::complete(std::uint32_t number, int status, int bytes) {

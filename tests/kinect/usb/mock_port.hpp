@@ -2,6 +2,7 @@
 #include <linux/usbdevice_fs.h>
 #include <umockdev.h>
 
+#include <atomic>
 #include <deque>
 #include <map>
 #include <mutex>
@@ -24,6 +25,7 @@ class MockPort final : public UsbPort {
 
   void step();
   void pull_out();
+  void pull_out_at(int request) { until_pulled_out_ = request; }  // as the request after so many comes
 
   void plug() override {}
   void answer(const Urb& urb, std::span<const std::uint8_t> data) override;
@@ -42,6 +44,7 @@ class MockPort final : public UsbPort {
   int call(File file, unsigned long request, void* argument);  // 0, or errno
   int submit(const Owned& owned);
   int discard(const usbdevfs_urb* urb);
+  void vanish();
   int reap(File file, void** into);
   void complete(std::uint32_t number, int status, int bytes);
   void show_ready();
@@ -56,6 +59,7 @@ class MockPort final : public UsbPort {
   std::map<std::uint32_t, Owned> submitted_;
   std::deque<Owned> done_;
   bool present_ = true, ready_ = true;
+  std::atomic<int> until_pulled_out_ = -1;  // requests; negative: it stays
 };
 
 }  // namespace onemap::test

@@ -37,6 +37,7 @@ class VirtualKinect {
       : bus_(bus), socket_(socket), shutter_(film.pictures().size()), device_(film, shutter_, serial) {}
   void plug() { bus_.plug(socket_, device_); }
   void unplug() { bus_.unplug(socket_); }
+  void pull_out_at(int request) { bus_.pull_out_at(socket_, request); }
   void pause(bool paused) { paused_ = paused; }
   std::size_t picture() const { return shutter_.number(); }  // of the film, the last that was shown
   bool release() {

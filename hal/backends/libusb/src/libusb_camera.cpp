@@ -37,30 +37,58 @@ Result<std::unique_ptr<DepthCamera>> LibusbCamera::open(Address address) {
   auto freenect = Freenect::start(**usb);
   if (!freenect) return freenect.error();
   std::unique_ptr<LibusbCamera> camera(new LibusbCamera(std::move(address), std::move(*usb), std::move(*freenect)));
-  if (const Status status = camera->connect(camera->address_.serial); !status) return status.error();
+  if (const Status status = camera->connect_named(); !status) return status.error();
   if (const Status status = camera->prepare(); !status) return status.error();
   return std::unique_ptr<DepthCamera>(std::move(camera));
 }
 
+namespace {
+std::string serials_of(const std::vector<Plugged>& kinects) {
+  std::string text;
+  for (const Plugged& one : kinects)
+    text += (text.empty() ? "; there is " : ", ") + (one.serial.empty() ? std::string("one without") : one.serial);
+  return printable(text);
+}
+}  // namespace
+
 // libfreenect may see a device that is not on the bus: fakenect's.
-Status LibusbCamera::connect(const std::string& serial) {
+Status LibusbCamera::connect_named() {
+  const std::string& serial = address_.serial;
   const std::vector<Plugged> all = usb_->kinects();
   const auto wanted = [&](const Plugged& k) { return serial.empty() || k.serial == serial; };
   auto found = std::ranges::find_if(all, [&](const Plugged& k) { return wanted(k) && k.problem.empty(); });
   if (found == all.end()) found = std::ranges::find_if(all, wanted);  // to say what is wrong with it
-  if (found == all.end() && (!all.empty() || freenect_->devices() < 1))
-    return Error{"camera address '" + address_.text + "'", serial.empty()
-                                                               ? std::string("no Kinect is connected")
-                                                               : "no Kinect with this serial number is connected"};
-  if (found != all.end()) {
-    if (!found->problem.empty())
-      return Error{fmt::format("camera libusb: (bus {} device {})", found->bus, found->address), found->problem};
-    usb_->watch(found->bus, found->address);
-    serial_ = found->serial;
-    model_ = found->model();
+  if (found == all.end() && all.empty() && freenect_->devices() > 0)
+    return freenect_->open(0, address_.lenses.registration);
+  if (found == all.end())
+    return Error{"camera address '" + address_.text + "'",
+                 serial.empty() ? std::string("no Kinect is connected")
+                                : "no Kinect with this serial number is connected" + serials_of(all)};
+  if (!found->problem.empty())
+    return Error{fmt::format("camera libusb: (bus {} device {})", found->bus, found->address), found->problem};
+  model_ = found->model();
+  return connect(all, static_cast<std::size_t>(found - all.begin()));
+}
+
+Status LibusbCamera::connect(const std::vector<Plugged>& all, std::size_t index) {
+  ours_ = all[index];
+  beside_ = all;
+  std::erase_if(beside_, [&](const Plugged& k) { return k.same_stay(ours_); });
+  usb_->watch(ours_.bus, ours_.address);
+  return freenect_->open(static_cast<int>(index), address_.lenses.registration);
+}
+
+// Serial numbers do not tell all Kinects apart: many have none, or that of others. One that was there when ours was
+// opened is another; of several that came, ours is the one at its port.
+std::optional<std::size_t> LibusbCamera::ours_among(const std::vector<Plugged>& all) const {
+  std::optional<std::size_t> found;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Plugged& one = all[i];
+    const bool another = std::ranges::any_of(beside_, [&](const Plugged& other) { return one.same_stay(other); });
+    if (another || !one.problem.empty() || one.serial != ours_.serial) continue;
+    if (!found || one.same_socket(ours_)) found = i;
   }
-  const auto index = found == all.end() ? 0 : static_cast<int>(found - all.begin());
-  return freenect_->open(index, address_.lenses.registration);
+  return found;
 }
 
 Status LibusbCamera::prepare() {
@@ -79,8 +107,8 @@ Status LibusbCamera::prepare() {
   }
   const std::string_view source = address_.lenses.calibration_source;
   description_ = printable(fmt::format("{} by libusb{}{}, 640x480, depth {}, calibration: {}", model_,
-                                       serial_.empty() ? "" : ", serial number ", serial_, to_string(registration),
-                                       source.empty() ? "nominal, 525 px" : source));
+                                       ours_.serial.empty() ? "" : ", serial number ", ours_.serial,
+                                       to_string(registration), source.empty() ? "nominal, 525 px" : source));
   return success();
 }
 
@@ -112,7 +140,7 @@ Grab LibusbCamera::grab_connected(Frame& into, milliseconds timeout) {
 
 // Nobody said that it left: the USB was reset, or its transfers died.
 Grab LibusbCamera::stalled() {
-  const bool listed = std::ranges::any_of(usb_->kinects(), [&](const Plugged& k) { return is_ours(k); });
+  const bool listed = std::ranges::any_of(usb_->kinects(), [&](const Plugged& k) { return k.same_stay(ours_); });
   return lose_device(
       fmt::format("gave nothing for {} s{}", Stall::kAfter / milliseconds(1000),
                   listed ? " though it is still connected; it is opened again" : ", and is not there any more"),
@@ -120,7 +148,7 @@ Grab LibusbCamera::stalled() {
 }
 
 Grab LibusbCamera::lose_device(const std::string& why, milliseconds silent) {
-  error_ = Error{"camera libusb:" + serial_, why};
+  error_ = Error{"camera libusb:" + printable(ours_.serial), why};
   counters_.unmatched += pairs_->unmatched();
   pairs_.emplace(kMaxApart, kWaiting);
   freenect_->close();
@@ -141,7 +169,7 @@ Grab LibusbCamera::grab_gone(Frame& into, milliseconds timeout) {
 void LibusbCamera::look_anew() {
   looked_at_ = away_;
   auto usb = Usb::open();
-  if (!usb || std::ranges::none_of((*usb)->kinects(), [&](const Plugged& k) { return is_ours(k); })) return;
+  if (!usb || !ours_among((*usb)->kinects())) return;
   auto freenect = Freenect::start(**usb);
   if (!freenect) return;
   freenect_ = std::move(*freenect);
@@ -150,8 +178,9 @@ void LibusbCamera::look_anew() {
 
 bool LibusbCamera::reconnect() {
   const std::vector<Plugged> all = usb_->kinects();
-  if (std::ranges::none_of(all, [&](const Plugged& k) { return is_ours(k); })) return false;
-  if (const Status status = connect(serial_); !status) {
+  const auto index = ours_among(all);
+  if (!index) return false;
+  if (const Status status = connect(all, *index); !status) {
     error_ = status.error();
     return false;
   }

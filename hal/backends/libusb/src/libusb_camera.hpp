@@ -36,12 +36,13 @@ class LibusbCamera final : public DepthCamera {
   using Outcome = imaging::PairByTime::Outcome;
 
   LibusbCamera(Address address, std::unique_ptr<Usb> usb, std::unique_ptr<Freenect> freenect);
-  Status connect(const std::string& serial);
+  Status connect_named();  // the one that the address names, for the first time
+  Status connect(const std::vector<Plugged>& all, std::size_t index);
+  std::optional<std::size_t> ours_among(const std::vector<Plugged>& all) const;
   Status prepare();
   Grab grab_connected(Frame& into, std::chrono::milliseconds timeout);
   Grab grab_gone(Frame& into, std::chrono::milliseconds timeout);
   bool reconnect();
-  bool is_ours(const Plugged& kinect) const { return kinect.problem.empty() && kinect.serial == serial_; }
   void look_anew();
   Grab stalled();
   Grab lose_device(const std::string& why, std::chrono::milliseconds silent = {});
@@ -55,7 +56,8 @@ class LibusbCamera final : public DepthCamera {
   const Address address_;
   std::unique_ptr<Usb> usb_;            // before what runs on it
   std::unique_ptr<Freenect> freenect_;  // not open: gone
-  std::string serial_;                  // of the device that the camera began with; may be empty
+  Plugged ours_;                        // where the camera is now, or was; its serial number may be empty
+  std::vector<Plugged> beside_;         // that were there when it was opened: none of them is ours
   std::string model_ = "Kinect v1";
   Intrinsics colour_;
   std::string description_;

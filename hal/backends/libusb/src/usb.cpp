@@ -1,5 +1,7 @@
 #include "usb.hpp"
 
+#include <fmt/format.h>
+
 #include <array>
 
 namespace onemap::hal::libusb {
@@ -17,8 +19,12 @@ bool is_kinect(const libusb_device_descriptor& descriptor) {
 int key_of(int bus, int address) { return bus * 256 + address; }
 
 Plugged describe(libusb_device* device, const libusb_device_descriptor& descriptor) {
-  Plugged out{libusb_get_bus_number(device), libusb_get_device_address(device),
-              descriptor.idProduct == kKinectForWindowsCamera, "", speed_problem(libusb_get_device_speed(device))};
+  Plugged out{libusb_get_bus_number(device),
+              libusb_get_device_address(device),
+              descriptor.idProduct == kKinectForWindowsCamera,
+              port_of(device),
+              "",
+              speed_problem(libusb_get_device_speed(device))};
   libusb_device_handle* handle = nullptr;
   if (const int code = libusb_open(device, &handle); code != 0) {
     out.problem = std::string("cannot be opened: ") + libusb_strerror(static_cast<libusb_error>(code));
@@ -34,6 +40,14 @@ Plugged describe(libusb_device* device, const libusb_device_descriptor& descript
 }
 
 }  // namespace
+
+std::string port_of(libusb_device* device) {
+  std::array<std::uint8_t, 7> ports{};
+  const int depth = libusb_get_port_numbers(device, ports.data(), static_cast<int>(ports.size()));
+  std::string text;
+  for (int i = 0; i < depth; ++i) text += fmt::format("{}{}", i == 0 ? "" : ".", ports[static_cast<std::size_t>(i)]);
+  return text;
+}
 
 std::string speed_problem(int libusb_speed) {
   switch (libusb_speed) {

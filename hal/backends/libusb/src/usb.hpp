@@ -17,10 +17,16 @@ namespace onemap::hal::libusb {
 struct Plugged {
   int bus = 0, address = 0;
   bool for_windows = false;  // 045e:02bf, else the Xbox 360's 045e:02ae
+  std::string port;          // where it is plugged in: "1.2" is the second port of what is at the bus's first
   std::string serial;        // empty: it has none, or it cannot be read
   std::string problem;       // why it cannot be used; empty when it can
   std::string model() const { return for_windows ? "Kinect for Windows v1" : "Kinect v1"; }
+  bool same_stay(const Plugged& other) const { return bus == other.bus && address == other.address; }
+  bool same_socket(const Plugged& other) const { return bus == other.bus && port == other.port; }
 };
+
+// As the kernel names it without the bus; empty where it is not known.
+std::string port_of(libusb_device* device);
 
 // Why a device of this speed cannot stream: Kinect's pictures need USB 2's high speed. Empty when it can, or when the
 // machine does not know the speed.

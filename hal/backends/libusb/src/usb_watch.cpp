@@ -37,14 +37,6 @@ const Maker* maker_of(const libusb_device_descriptor& of) {
   return found == kMakers.end() ? nullptr : &*found;
 }
 
-std::string port_of(libusb_device* device) {
-  std::array<std::uint8_t, 7> ports{};
-  const int depth = libusb_get_port_numbers(device, ports.data(), static_cast<int>(ports.size()));
-  std::string text;
-  for (int i = 0; i < depth; ++i) text += fmt::format("{}{}", i == 0 ? "" : ".", ports[static_cast<std::size_t>(i)]);
-  return text;
-}
-
 std::string problem_of(libusb_device* device, const libusb_device_descriptor& of) {
   const int speed = libusb_get_device_speed(device);
   if (std::string problem = libusb::speed_problem(speed); !problem.empty()) return problem;
@@ -94,7 +86,7 @@ int UsbWatch::Parts::on_hotplug(libusb_context*, libusb_device* device, libusb_h
   const Maker* maker = maker_of(of);
   if (!maker) return 0;
   const bool came = event == LIBUSB_HOTPLUG_EVENT_DEVICE_ARRIVED;
-  const std::string port = port_of(device);
+  const std::string port = libusb::port_of(device);
   static_cast<Parts*>(self)->note(
       {came ? What::came : What::left,
        fmt::format("{} {:04x}:{:04x}, USB bus {}{}{}", maker->name, of.idVendor, of.idProduct,

@@ -35,7 +35,9 @@ void keep_player_loaded() {
 Error library_error(const std::string& place, const std::string& what) {
   std::string why = openni::OpenNI::getExtendedError();
   std::ranges::replace(why, '\n', ' ');
-  why.erase(why.find_last_not_of(" \t") + 1);
+  constexpr const char* kBlank = " \t";  // it indents each message
+  why.erase(0, why.find_first_not_of(kBlank));
+  why.erase(why.find_last_not_of(kBlank) + 1);
   return {place, printable(why.empty() ? what : what + ": " + why)};
 }
 

@@ -1,9 +1,12 @@
 #include "openni2_camera.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cassert>
+#include <cerrno>
+#include <cstring>
 #include <thread>
 #include <utility>
 
@@ -52,6 +55,8 @@ Status OpenNi2Camera::connect() {
       return Error{"camera address '" + address_.text + "'", "no device that OpenNI2's drivers know is connected"};
     uri = devices.front().getUri();
   }
+  if (address_.file && access(uri.c_str(), R_OK) != 0)  // the library would not say why
+    return Error{printable("camera " + uri), std::string("cannot be read: ") + std::strerror(errno)};
   hotplug_->watch(uri);
   auto device = Device::open(address_, uri);
   if (!device) return device.error();
@@ -63,8 +68,15 @@ Status OpenNi2Camera::connect() {
     registration_ = std::make_unique<imaging::DepthRegistration>(device_->depth(), colour_, pose);
     unregistered_.resize(imaging::size_of(colour_).pixels());
   }
-  describe();
+  opened();
   return success();
+}
+
+void OpenNi2Camera::opened() {
+  beside_.clear();
+  for (const openni::DeviceInfo& info : connected_devices())
+    if (info.getUri() != identity_.uri) beside_.emplace_back(info.getUri());
+  describe();
 }
 
 void OpenNi2Camera::describe() {
@@ -173,7 +185,7 @@ void OpenNi2Camera::look_anew() {
 bool OpenNi2Camera::reconnect() {
   for (const openni::DeviceInfo& info : connected_devices()) {
     const Identity found = identity_of(info);
-    if (!identity_.may_be(found)) continue;
+    if (!identity_.may_be(found) || std::ranges::find(beside_, found.uri) != beside_.end()) continue;
     hotplug_->watch(found.uri);
     auto device = Device::open(address_, found.uri);
     if (!device) {
@@ -183,7 +195,7 @@ bool OpenNi2Camera::reconnect() {
     if (!identity_.may_be((*device)->identity()) || (*device)->colour() != colour_) continue;
     device_ = std::move(*device);
     identity_.uri = device_->identity().uri;  // another socket has another
-    describe();
+    opened();
     clock_.came_back(away_);
     last_frame_index_ = 0;
     return true;

@@ -37,6 +37,7 @@ class OpenNi2Camera final : public DepthCamera {
 
   OpenNi2Camera(Address address, std::shared_ptr<Library> library, std::unique_ptr<Hotplug> hotplug);
   Status connect();  // the device that the address names, for the first time
+  void opened();  // who is beside it, and what it is
   void describe();
   Grab grab_connected(Frame& into, std::chrono::milliseconds timeout);
   Grab grab_gone(Frame& into, std::chrono::milliseconds timeout);
@@ -58,6 +59,7 @@ class OpenNi2Camera final : public DepthCamera {
   std::unique_ptr<Hotplug> hotplug_;  // null when the library could not be loaded anew
   std::unique_ptr<Device> device_;    // null: gone
   Identity identity_;                 // of the device that the camera began with
+  std::vector<std::string> beside_;   // URIs of what was there when it was opened: none of them is ours
   Intrinsics colour_;
   std::string description_;
   std::optional<imaging::PairByTime> pairs_;

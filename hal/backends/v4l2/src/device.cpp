@@ -26,20 +26,6 @@ NodePlace place_of(const std::string& path) {
   return unknown;
 }
 
-Result<NodePlace> find_depth(const V4l2Address& address) {
-  if (!address.depth_path.empty()) return place_of(address.depth_path);
-  const std::vector<NodePlace> nodes = find_nodes();
-  std::string seen;
-  for (const NodePlace& place : nodes) {
-    const auto node = Node::open(place.path);
-    if (node && depth_format(node->formats(), false) != 0) return place;
-    seen += node ? fmt::format("; {} ({}): no depth format", place.path, node->card())
-                 : fmt::format("; {}", node.error().text());
-  }
-  return Error{"camera address '" + address.text + "'",
-               fmt::format("no depth camera among the {} video nodes{}", nodes.size(), seen)};
-}
-
 std::optional<NodePlace> find_colour(const NodePlace& depth) {
   std::optional<NodePlace> best;
   int best_rank = colour_rank(0);
@@ -53,6 +39,26 @@ std::optional<NodePlace> find_colour(const NodePlace& depth) {
     best_rank = rank;
   }
   return best;
+}
+
+Result<NodePlace> find_depth(const V4l2Address& address) {
+  if (!address.depth_path.empty()) return place_of(address.depth_path);
+  const std::vector<NodePlace> nodes = find_nodes();
+  std::string seen;
+  std::optional<NodePlace> lone;  // without colour
+  for (const NodePlace& place : nodes) {
+    const auto node = Node::open(place.path);
+    if (node && depth_format(node->formats(), false) != 0) {
+      if (!address.colour_path.empty() || find_colour(place)) return place;
+      if (!lone) lone = place;
+      continue;
+    }
+    seen += node ? fmt::format("; {} ({}): no depth format", place.path, node->card())
+                 : fmt::format("; {}", node.error().text());
+  }
+  if (lone) return *lone;
+  return Error{"camera address '" + address.text + "'",
+               fmt::format("no depth camera among the {} video nodes{}", nodes.size(), seen)};
 }
 
 Result<FourCc> format_of(const NodePlace& place, bool depth, bool named) {

@@ -19,7 +19,8 @@ namespace onemap::hal {
 //
 // The device's stamps count from its own start: times are its stamps plus the address's clock_offset. When it comes
 // back time goes on after what was waited for it. A Kinect that was pulled out is gone until the same, by its serial
-// number where it has one, is plugged in. One that is there and has given nothing for five seconds is opened anew.
+// number where it has one, is plugged in; one that was there beside it is another, whatever its number. One that is
+// there and has given nothing for five seconds is opened anew.
 Result<std::unique_ptr<DepthCamera>> open_libusb(const CameraAddress& address);
 
 // Its form and its options, before any device is looked for. The calibration file that it names is read.

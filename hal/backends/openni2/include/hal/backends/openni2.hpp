@@ -21,9 +21,10 @@ namespace onemap::hal {
 //
 // A device's stamps count from its own start: times are its stamps plus the address's clock_offset. When it comes back
 // with a new clock, time goes on after what was waited for it. A recording's times are its stamps. A device that was
-// pulled out is gone until the same (by its USB ids and its serial number) is plugged in; one that is there and has
-// given nothing for five seconds is opened anew. Where the drivers hear of nothing (no udev in a container), they are
-// begun anew every three seconds while it is away. A recording plays every frame as fast as it is asked.
+// pulled out is gone until the same (by its USB ids and its serial number, and none that was there beside it) is
+// plugged in; one that is there and has given nothing for five seconds is opened anew. Where the drivers hear of
+// nothing (no udev in a container), they are begun anew every three seconds while it is away. A recording plays every
+// frame as fast as it is asked.
 Result<std::unique_ptr<DepthCamera>> open_openni2(const CameraAddress& address);
 
 // Its form and its options, before any device is looked for. The calibration file that it names is read.
