@@ -2,7 +2,8 @@
 // endian:
 //   1 voxel size and truncation in micrometres, number of blocks (u32 each); 2 title; 3 path: name (u8 length), colour
 //   3 x u8, T_map_robot, number of poses u32, poses, number of keyframes u32, keyframes (each pose 7 x i32);
-//   4 a submap body; 5 which way is up: a unit vector in millionths (3 x i32). The last section is 0, empty.
+//   4 a submap body, in the order of the blocks; 5 which way is up: a unit vector in millionths (3 x i32). The last
+//   section is 0, empty.
 #include "daemon/saved_map.hpp"
 
 #include <algorithm>
@@ -138,7 +139,7 @@ class Loader {
     }
     if (!in.done()) return Error{place_, "goes on after its end"};
     if (voxel_um_ == 0) return Error{place_, "says no voxel size"};
-    if (auto made = make_mesh(); !made) return made.error();
+    scene_.mesh = mesher_->take();
     return std::move(scene_);
   }
 
@@ -171,6 +172,7 @@ class Loader {
     if (!good || voxel_um_ != 0) return Error{place_, "a voxel size that cannot be"};
     voxel_um_ = static_cast<std::int32_t>(voxel);
     most_blocks_ = blocks;
+    mesher_.emplace(static_cast<float>(voxel_um_ * 1e-6));
     return success();
   }
 
@@ -206,27 +208,14 @@ class Loader {
     if (record->voxel_um != voxel_um_) return Error{place_, "a submap of another voxel size"};
     blocks_ += record->blocks.size();
     if (blocks_ > most_blocks_) return Error{place_, "more blocks than it said"};
-    submaps_.push_back(std::move(*record));
-    return success();
-  }
-
-  Status make_mesh() {
-    std::vector<const mapping::SubmapBlock*> blocks;
-    blocks.reserve(blocks_);
-    for (const mapping::SubmapRecord& submap : submaps_)
-      for (const mapping::SubmapBlock& block : submap.blocks) blocks.push_back(&block);
-    const auto key = [](const mapping::SubmapBlock* block) { return block->key; };
-    std::ranges::sort(blocks, {}, key);
-    if (std::ranges::adjacent_find(blocks, {}, key) != blocks.end())
-      return Error{place_, "a block that is there twice"};
-    scene_.mesh = mapping::extract_mesh(blocks, static_cast<float>(voxel_um_ * 1e-6));
+    if (!mesher_->add(std::move(record->blocks))) return Error{place_, "a block that is there twice, or out of order"};
     return success();
   }
 
   const std::string& place_;
   std::int32_t voxel_um_ = 0;  // 0: not said yet
   std::size_t most_blocks_ = 0, blocks_ = 0;
-  std::vector<mapping::SubmapRecord> submaps_;
+  std::optional<mapping::BlockMesher> mesher_;  // once the voxel size is known
   render::Scene scene_;
 };
 

@@ -150,6 +150,31 @@ TEST(Surface, OfSavedBlocksIsTheirMaps) {
   EXPECT_TRUE(extract_mesh(blocks, map.config().voxel_m, 5).triangles.empty());
 }
 
+// Some at a time, in their order, they give that surface, too.
+TEST(Surface, OfBlocksThatComeOneByOneIsTheSame) {
+  VoxelMap map{VoxelMapConfig{}};
+  fill(map, 3, [](const Vector3d& p) { return p.norm() - 0.3; });
+  std::vector<BlockKey> keys;
+  map.for_each_sorted([&](const BlockView& block) { keys.push_back(block.key); });
+  const std::vector<SubmapBlock> all = make_submap(map, keys).blocks;
+  std::vector<const SubmapBlock*> whole;
+  for (const SubmapBlock& block : all) whole.push_back(&block);
+  const TriangleMesh expected = extract_mesh(whole, map.config().voxel_m);
+  ASSERT_GT(expected.triangles.size(), 1000u);
+  for (const std::size_t at_once : {std::size_t{1}, std::size_t{7}, all.size()}) {
+    BlockMesher mesher(map.config().voxel_m);
+    for (std::size_t i = 0; i < all.size(); i += at_once) {
+      const auto from = all.begin() + static_cast<std::ptrdiff_t>(i);
+      ASSERT_TRUE(mesher.add({from, from + static_cast<std::ptrdiff_t>(std::min(at_once, all.size() - i))}));
+    }
+    EXPECT_FALSE(mesher.add({all.back()})) << "it was there";
+    const TriangleMesh mesh = mesher.take();
+    EXPECT_EQ(mesh.vertices, expected.vertices);
+    EXPECT_EQ(mesh.normals, expected.normals);
+    EXPECT_EQ(mesh.triangles, expected.triangles);
+  }
+}
+
 // A plane that is seen at a slant: its distance along the optical axis, z, is `tan` times too large, so that at 70
 // degrees the band is as thick as a cell's diagonal, and at 75 and 78 thinner; there the distance may change between
 // neighbours by more than its whole range.

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <deque>
 #include <map>
 #include <memory>
 #include <utility>
@@ -298,5 +299,64 @@ TriangleMesh extract_mesh(std::span<const SubmapBlock* const> blocks, float voxe
   }
   return mesher.take();
 }
+
+// The last blocks that were added; the first `done_` of them are in the mesh.
+class BlockMesher::Window {
+ public:
+  Window(float voxel_m, std::uint16_t min_weight) : mesher_(voxel_m, kUsualBlocks), min_weight_(min_weight) {}
+
+  bool add(std::vector<SubmapBlock> blocks) {
+    const BlockKey* last = blocks_.empty() ? nullptr : &blocks_.back()->key;
+    for (const SubmapBlock& block : blocks) {
+      if (last != nullptr && !(*last < block.key)) return false;
+      last = &block.key;
+    }
+    for (const SubmapBlock& block : blocks) blocks_.push_back(&block);
+    if (!blocks.empty()) added_.push_back(std::move(blocks));
+    // Of one layer along x the next one must be there, and of the next but one a block, so that nothing more comes.
+    if (!blocks_.empty()) mesh_before(blocks_.back()->key.x - 1);
+    return true;
+  }
+  TriangleMesh take() {
+    mesh_before(INT32_MAX);
+    return mesher_.take();
+  }
+
+ private:
+  static constexpr std::size_t kUsualBlocks = 20000;
+
+  void mesh_before(std::int32_t x) {
+    const std::size_t begin = done_;
+    while (done_ < blocks_.size() && blocks_[done_]->key.x < x) ++done_;
+    if (done_ == begin) return;
+    NeighbourWalk walk(blocks_);
+    for (std::size_t i = begin; i < done_; ++i) {
+      samples_.gather(blocks_[i]->key, walk.around(blocks_[i]->key), min_weight_);
+      if (samples_.may_cross_zero()) mesher_.add(samples_);
+    }
+    forget_before(x - 1);
+  }
+  void forget_before(std::int32_t x) {
+    std::size_t gone = 0;
+    for (; !added_.empty() && added_.front().back().key.x < x; added_.pop_front()) gone += added_.front().size();
+    blocks_.erase(blocks_.begin(), blocks_.begin() + static_cast<std::ptrdiff_t>(gone));
+    done_ -= gone;
+  }
+
+  Mesher<SubmapVoxel> mesher_;
+  const std::uint16_t min_weight_;
+  BlockSamples<SubmapVoxel> samples_;
+  std::deque<std::vector<SubmapBlock>> added_;
+  std::vector<const SubmapBlock*> blocks_;  // of `added_`
+  std::size_t done_ = 0;
+};
+
+BlockMesher::BlockMesher(float voxel_m, std::uint16_t min_weight)
+    : window_(std::make_unique<Window>(voxel_m, min_weight)) {}
+BlockMesher::BlockMesher(BlockMesher&&) noexcept = default;
+BlockMesher& BlockMesher::operator=(BlockMesher&&) noexcept = default;
+BlockMesher::~BlockMesher() = default;
+bool BlockMesher::add(std::vector<SubmapBlock> blocks) { return window_->add(std::move(blocks)); }
+TriangleMesh BlockMesher::take() { return window_->take(); }
 
 }  // namespace onemap::mapping
