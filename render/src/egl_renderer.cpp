@@ -53,18 +53,33 @@ std::string check(const Surface& s) {
   return {};
 }
 
-// A vertex attribute with its buffer, or a constant where the map has none.
-template <class T>
-GlBuffer attribute(GLuint index, std::span<const T> values, GLenum type, GLboolean normalized, float fallback) {
-  if (values.empty()) {
-    glVertexAttrib3f(index, fallback, fallback, fallback);
-    return GlBuffer();
+// The map's arrays as vertex attributes where they are, in the vertex array that OpenGL ES begins with: a picture reads
+// them once, so a copy in a buffer is time and memory for nothing.
+class ClientArrays {
+ public:
+  ClientArrays() {
+    glBindVertexArray(0);
+    glBindBuffer(GL_ARRAY_BUFFER, 0);
+    glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, 0);
   }
-  GlBuffer buffer = make_buffer(GL_ARRAY_BUFFER, values.data(), values.size_bytes());
-  glEnableVertexAttribArray(index);
-  glVertexAttribPointer(index, 3, type, normalized, sizeof(T), nullptr);
-  return buffer;
-}
+  ~ClientArrays() {
+    for (GLuint i = 0; i < count_; ++i) glDisableVertexAttribArray(i);
+  }
+  ClientArrays(const ClientArrays&) = delete;
+  ClientArrays& operator=(const ClientArrays&) = delete;
+
+  // The next attribute, or a constant where the map has none.
+  template <class T>
+  void add(std::span<const T> values, GLenum type, GLboolean normalized, float fallback) {
+    const GLuint index = count_++;
+    if (values.empty()) return glVertexAttrib3f(index, fallback, fallback, fallback);
+    glEnableVertexAttribArray(index);
+    glVertexAttribPointer(index, 3, type, normalized, sizeof(T), values.data());
+  }
+
+ private:
+  GLuint count_ = 0;
+};
 
 // OpenGL passes an offset into the bound buffer as a pointer.
 const void* at_byte(std::size_t offset) {
@@ -177,18 +192,17 @@ void EglRenderer::draw_surface(const Surface& surface, const Shot& shot) const {
   glUniform1f(uniform(surface_, "shading"), shot.style.shading);
   glUniform1f(uniform(surface_, "point_px_at_1m"), point_px_at_1m(surface, shot));
   glUniform1i(uniform(surface_, "both_sides"), shot.style.both_sides ? 1 : 0);
-  const GlVertexArray array = make_vertex_array();
-  const GlBuffer points = attribute(0, surface.points, GL_FLOAT, GL_FALSE, 0);
-  const GlBuffer normals = attribute(1, surface.normals, GL_FLOAT, GL_FALSE, 0);
-  const GlBuffer colors = attribute(2, surface.colors, GL_UNSIGNED_BYTE, GL_TRUE, 0.7f);
+  ClientArrays arrays;
+  arrays.add(surface.points, GL_FLOAT, GL_FALSE, 0);
+  arrays.add(surface.normals, GL_FLOAT, GL_FALSE, 0);
+  arrays.add(surface.colors, GL_UNSIGNED_BYTE, GL_TRUE, 0.7f);
   if (surface.triangles.empty()) {
     glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(surface.points.size()));
     return;
   }
-  const GlBuffer indices =
-      make_buffer(GL_ELEMENT_ARRAY_BUFFER, surface.triangles.data(), surface.triangles.size_bytes());
   if (!shot.style.both_sides) glEnable(GL_CULL_FACE);
-  glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * surface.triangles.size()), GL_UNSIGNED_INT, nullptr);
+  glDrawRangeElements(GL_TRIANGLES, 0, static_cast<GLuint>(surface.points.size() - 1),
+                      static_cast<GLsizei>(3 * surface.triangles.size()), GL_UNSIGNED_INT, surface.triangles.data());
   glDisable(GL_CULL_FACE);
 }
 
