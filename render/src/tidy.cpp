@@ -18,47 +18,41 @@ bool possible(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& tria
   return std::ranges::all_of(triangle, [&](std::uint32_t i) { return i < mesh.vertices.size(); });
 }
 
-// Disjoint sets of vertices with path halving.
+// The connected pieces of a mesh: disjoint sets of vertices with path halving, of which the lowest vertex is the root.
 class Pieces {
  public:
-  explicit Pieces(const TriangleMesh& mesh) : parent_(mesh.vertices.size()), size_(mesh.vertices.size(), 0) {
-    std::iota(parent_.begin(), parent_.end(), 0u);
-    for (const auto& triangle : mesh.triangles) {
-      if (!possible(mesh, triangle)) continue;
-      join(triangle[0], triangle[1]);
-      join(triangle[0], triangle[2]);
+  explicit Pieces(const TriangleMesh& mesh) : root_(mesh.vertices.size()), size_(mesh.vertices.size(), 0) {
+    std::iota(root_.begin(), root_.end(), 0u);
+    for (const auto& triangle : mesh.triangles)
+      if (possible(mesh, triangle)) join(triangle);
+    for (std::uint32_t i = 0; i < root_.size(); ++i) {
+      root_[i] = root_[root_[i]];  // a lower one, of which this was done
+      ++size_[root_[i]];
     }
-    for (std::uint32_t i = 0; i < parent_.size(); ++i) ++size_[root(i)];
   }
-  std::size_t size_of(std::uint32_t vertex) { return size_[root(vertex)]; }
+  std::size_t size_of(std::uint32_t vertex) const { return size_[root_[vertex]]; }
   std::size_t largest() const { return size_.empty() ? 0 : *std::max_element(size_.begin(), size_.end()); }
 
  private:
   std::uint32_t root(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    while (root_[i] != i) i = root_[i] = root_[root_[i]];
     return i;
   }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = root(a);
-    b = root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
+  void join(const std::array<std::uint32_t, 3>& triangle) {
+    const std::uint32_t a = root(triangle[0]), b = root(triangle[1]), c = root(triangle[2]);
+    const std::uint32_t lowest = std::min({a, b, c});
+    root_[a] = root_[b] = root_[c] = lowest;
   }
-  std::vector<std::uint32_t> parent_, size_;
+  std::vector<std::uint32_t> root_, size_;
 };
 
-// Where each vertex goes; kNone: nowhere.
+// Where each vertex goes; kNone: nowhere. One alone is in no triangle, or in one that has it only.
 std::vector<std::uint32_t> new_places(const TriangleMesh& mesh, std::size_t smallest_piece) {
-  Pieces pieces(mesh);
-  const std::size_t least = std::min(smallest_piece, pieces.largest());
-  std::vector<std::uint32_t> used(mesh.vertices.size(), 0);
-  for (const auto& triangle : mesh.triangles) {
-    if (!possible(mesh, triangle)) continue;
-    for (const std::uint32_t i : triangle) used[i] = 1;
-  }
-  std::vector<std::uint32_t> places(mesh.vertices.size(), kNone);
+  const Pieces pieces(mesh);
+  const std::size_t least = std::max<std::size_t>(std::min(smallest_piece, pieces.largest()), 2);
+  std::vector<std::uint32_t> places(mesh.vertices.size());
   std::uint32_t next = 0;
-  for (std::uint32_t i = 0; i < places.size(); ++i)
-    if (used[i] != 0 && pieces.size_of(i) >= least) places[i] = next++;
+  for (std::uint32_t i = 0; i < places.size(); ++i) places[i] = pieces.size_of(i) >= least ? next++ : kNone;
   return places;
 }
 
