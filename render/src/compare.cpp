@@ -132,20 +132,24 @@ DistanceSummary summary(std::vector<float> distances, float limit_m) {
           static_cast<float>(beyond) / static_cast<float>(n)};
 }
 
-Scene in_frame_of(Scene other, const Scene& scene) {
+std::optional<mapping::Pose> motion_between(const Scene& scene, const Scene& other) {
   for (const RobotPath& robot : scene.robots) {
     const RobotPath *here = robot_with_keyframes(scene, robot.name), *there = robot_with_keyframes(other, robot.name);
-    if (here == nullptr || there == nullptr) continue;
-    const mapping::Pose T = between(here->keyframe_poses, there->keyframe_poses);
-    other.mesh = turned(std::move(other.mesh), T.R);
-    other.points = turned(std::move(other.points), T.R);
-    move(other.mesh.vertices, T);
-    move(other.points.points, T);
-    for (RobotPath& path : other.robots) {
-      move(path.poses, T);
-      move(path.keyframe_poses, T);
-    }
-    break;
+    if (here != nullptr && there != nullptr) return between(here->keyframe_poses, there->keyframe_poses);
+  }
+  return std::nullopt;
+}
+
+Scene in_frame_of(Scene other, const Scene& scene) {
+  const auto T = motion_between(scene, other);
+  if (!T) return other;
+  other.mesh = turned(std::move(other.mesh), T->R);
+  other.points = turned(std::move(other.points), T->R);
+  move(other.mesh.vertices, *T);
+  move(other.points.points, *T);
+  for (RobotPath& path : other.robots) {
+    move(path.poses, *T);
+    move(path.keyframe_poses, *T);
   }
   return other;
 }

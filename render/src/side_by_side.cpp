@@ -2,13 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 
 #include "ink.hpp"
+#include "render/compare.hpp"
 #include "render/drawing.hpp"
 #include "render/figures.hpp"
+#include "render/upright.hpp"
+#include "vectors.hpp"
 
 namespace onemap::render {
 namespace {
+
+constexpr float kPictureAspect = 16.0f / 9;  // of the picture of the whole that robots make
 
 std::string with_thousands(std::size_t n) {
   if (n < 1000) return fmt::format("{}", n);
@@ -39,9 +45,42 @@ int best_columns(int count, const Style& style) {
   return best;
 }
 
+// Straight back from its target, to that distance.
+void step_back(Camera& camera, float distance_m) {
+  const glm::vec3 way = camera.eye - camera.target;
+  const float more = distance_m - glm::length(way);
+  camera.eye += more * glm::normalize(way);
+  camera.far_m += more;
+}
+
 }  // namespace
 
-Result<Image> draw_side_by_side(Renderer& renderer, std::span<const Scene> maps, const Style& style) {
+std::vector<Camera> cameras_beside(std::span<const Scene> maps, float aspect, const Scene* whole) {
+  std::vector<Camera> cameras;
+  cameras.reserve(maps.size());
+  std::vector<Camera*> alike;
+  const Camera common = whole != nullptr ? make_camera(*whole, View::fit, kPictureAspect) : Camera{};
+  const glm::vec3 forward = common.target - common.eye;
+  float farthest_m = 0;
+  for (const Scene& map : maps) {
+    const auto T_whole_map = whole != nullptr ? motion_between(*whole, map) : std::nullopt;
+    if (!T_whole_map) {
+      cameras.push_back(make_camera(map, View::fit, aspect));
+      continue;
+    }
+    const auto here = [&](const glm::vec3& v) {
+      return to_glm(mapping::Vector3d(T_whole_map->R.transpose() * mapping::Vector3d(v.x, v.y, v.z)));
+    };
+    cameras.push_back(fit_along(map, here(forward), here(common.up), aspect));
+    alike.push_back(&cameras.back());
+    farthest_m = std::max(farthest_m, glm::distance(cameras.back().eye, cameras.back().target));
+  }
+  for (Camera* camera : alike) step_back(*camera, farthest_m);
+  return cameras;
+}
+
+Result<Image> draw_side_by_side(Renderer& renderer, std::span<const Scene> maps, const Style& style,
+                                const Scene* whole) {
   if (maps.empty()) return Error{"picture", "no maps to put beside each other"};
   const int count = static_cast<int>(maps.size());
   const int columns = best_columns(count, style);
@@ -58,10 +97,10 @@ Result<Image> draw_side_by_side(Renderer& renderer, std::span<const Scene> maps,
   tile.path_width_px *= smaller;
   tile.marker_width_px *= smaller;
   const auto wide = static_cast<float>(tile.width_px), text = 0.34f * static_cast<float>(caption);
+  const std::vector<Camera> cameras = cameras_beside(maps, wide / static_cast<float>(tile.height_px), whole);
   for (int i = 0; i < count; ++i) {
     const Scene& scene = maps[static_cast<std::size_t>(i)];
-    const Camera camera = make_camera(scene, View::fit, wide / static_cast<float>(tile.height_px));
-    auto image = renderer.draw(scene, camera, tile);
+    auto image = renderer.draw(scene, cameras[static_cast<std::size_t>(i)], tile);
     if (!image) return image.error();
     const int x = i % columns * tile.width_px, y = i / columns * high;
     paste(picture, *image, x, y);

@@ -184,6 +184,13 @@ Camera make_camera(const Scene& scene, View view, float aspect) {
   return view == View::plan ? see_plan(scene, samples, down, aspect) : see_all(scene, samples, down, aspect);
 }
 
+Camera fit_along(const Scene& scene, const glm::vec3& forward, const glm::vec3& up, float aspect) {
+  const Frame frame = make_frame(forward, up);
+  std::vector<Sample> samples = sample_map(scene, frame);
+  add_robots(scene, samples);
+  return see_all(scene, samples, frame, aspect);
+}
+
 Camera with_room_to_turn(const Scene& scene, const Camera& camera, float aspect) {
   const glm::vec3 up = to_glm(up_of(scene));
   const float tan_y = std::tan(0.5f * camera.fov_y_rad) / kMargin;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <glm/geometric.hpp>
+
+#include "render/figures.hpp"
 #include "render/upright.hpp"
 #include "room_scene.hpp"
 
@@ -24,6 +27,11 @@ Scene elsewhere(Scene scene) {
   for (auto& vertex : scene.mesh.vertices) vertex += T.t.cast<float>();
   for (auto& pose : scene.robots[0].keyframe_poses) pose = T * pose;
   return scene;
+}
+
+glm::vec3 in_frame(const Scene& whole, const Scene& map, const glm::vec3& v) {
+  const mapping::Vector3d turned = motion_between(whole, map)->R * mapping::Vector3d(v.x, v.y, v.z);
+  return {turned.x(), turned.y(), turned.z()};
 }
 
 float median_m(const Scene& of, const Scene& to) {
@@ -57,6 +65,34 @@ TEST(Compare, TheSummaryCountsWhatIsBeyondTheLimit) {
   EXPECT_NEAR(s.beyond, 0.51f, 1e-6f);
   EXPECT_EQ(distance_color(0, 0.05f), (mapping::Rgb{45, 60, 150}));
   EXPECT_EQ(distance_color(1, 0.05f), (mapping::Rgb{200, 40, 40}));
+}
+
+// Figure 10: whatever way a robot's own frame is turned, maps of one team are seen in one direction and at one scale.
+TEST(Beside, MapsOfATeamAreSeenAsTheWholeIs) {
+  const Scene whole = walk_over_a_floor();
+  Scene small = whole;
+  small.mesh = {};
+  small.robots[0].keyframe_poses.resize(5);
+  test::add_tiles(small.mesh, {-1, 1.5f, -1}, {0, 0, 3}, {2, 0, 0}, 30, {90, 90, 90}, {90, 90, 90});
+  Scene stranger = elsewhere(whole);
+  stranger.robots[0].name = "robot9";
+  const std::vector<Scene> maps{whole, elsewhere(small), stranger};
+  const Camera common = make_camera(whole, View::fit, 16.0f / 9);
+  const std::vector<Camera> cameras = cameras_beside(maps, 1.5f, &whole);
+  ASSERT_EQ(cameras.size(), 3u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto along = [](const glm::vec3& a, const glm::vec3& b) {
+      return glm::dot(glm::normalize(a), glm::normalize(b));
+    };
+    const glm::vec3 way = in_frame(whole, maps[i], cameras[i].target - cameras[i].eye);
+    EXPECT_GT(along(way, common.target - common.eye), 0.9999f) << i;
+    EXPECT_GT(along(in_frame(whole, maps[i], cameras[i].up), common.up), 0.9999f) << i;
+    EXPECT_NEAR(glm::distance(cameras[i].eye, cameras[i].target), glm::distance(cameras[0].eye, cameras[0].target),
+                1e-3);
+    EXPECT_GT(cameras[i].far_m, glm::distance(cameras[i].eye, cameras[i].target));
+  }
+  EXPECT_EQ(cameras[2].eye, make_camera(stranger, View::fit, 1.5f).eye) << "nobody knows where that one is";
+  EXPECT_EQ(cameras_beside(maps, 1.5f, nullptr)[1].eye, make_camera(maps[1], View::fit, 1.5f).eye);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <optional>
 
 #include "daemon/saved_map.hpp"
 #include "hal/base/file.hpp"
@@ -144,7 +145,13 @@ Status write_beside(const ViewOptions& o, const render::Scene& scene, render::Re
     if (!other) return other.error();
     maps.push_back(std::move(*other));
   }
-  auto image = render::draw_side_by_side(renderer, maps, o.style);
+  std::optional<render::Scene> whole;
+  if (!o.as_in.empty()) {
+    auto read = read_map(o.as_in, o);
+    if (!read) return read.error();
+    whole = std::move(*read);
+  }
+  auto image = render::draw_side_by_side(renderer, maps, o.style, whole ? &*whole : nullptr);
   if (!image) return image.error();
   if (auto done = render::write_png(o.png, *image); !done) return done;
   fmt::print("{}\n", printable(o.png));

@@ -24,7 +24,7 @@ constexpr const char* kFooter =
     "  onemap-view global.glb --png map.png --views fit top front    # map_fit.png ...\n"
     "  onemap-view global.glb --png paper.png --background white --plain --path-width 5\n"
     "  onemap-view local.ply --png desk.png --eye 0,-0.5,-1 --target 0,0,1.5\n"
-    "  onemap-view r1/local.glb --beside r2/local.glb r3/local.glb --png locals.png\n"
+    "  onemap-view r1/local.glb --beside r2/local.glb r3/local.glb --as-in r1/global.glb --png locals.png\n"
     "  onemap-view r1/local.glb --compare global.glb --png loss.png\n"
     "  onemap-view global.glb --png turn.png --turntable 120    # turn_0000.png ...\n"
     "  ffmpeg -framerate 30 -i turn_%04d.png -pix_fmt yuv420p turn.mp4\n"
@@ -55,6 +55,10 @@ void declare_what(CLI::App& app, ViewOptions& o) {
       ->group("What");
   auto* beside = app.add_option("--beside", o.beside, "draw these maps beside MAP, each with its name and triangles");
   beside->group("What")->type_name("FILE ...");
+  app.add_option("--as-in", o.as_in, "see them all in the direction in which this map of the team is seen")
+      ->group("What")
+      ->type_name("FILE")
+      ->needs(beside);
   auto* compare = app.add_option("--compare", o.compare, "colour MAP by its distance from this map's surface");
   compare->group("What")->type_name("FILE")->excludes(beside);
   app.add_option("--compare-limit", o.compare_limit_m, "metres that are red")

@@ -39,6 +39,9 @@ std::optional<View> view_from_name(std::string_view name);
 // is looked at from its frame's origin along +z; an empty scene gives a valid camera too.
 Camera make_camera(const Scene& scene, View view, float aspect);
 
+// As `fit` does, but in this direction: neither need be level or a unit vector, in the scene's frame.
+Camera fit_along(const Scene& scene, const glm::vec3& forward, const glm::vec3& up, float aspect);
+
 // From the same height and tilt as `camera`, turned about the vertical through its target by so many turns.
 Camera turned_about_target(const Camera& camera, const mapping::Vector3f& up, float turns);
 

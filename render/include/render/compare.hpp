@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -18,9 +19,12 @@ struct DistanceSummary {
 };
 DistanceSummary summary(std::vector<float> distances, float limit_m);
 
-// Where a robot of the same name has keyframes in both scenes, their frames are brought together by all of them (by the
-// first, where there are not equally many): a robot's local map and the team's then lie on each other, and what is left
-// is where they differ. Nothing in common: the other scene as it is.
+// T_scene_other, where a robot of the same name has keyframes in both: what brings them together best, all of them (the
+// first, where there are not equally many). nullopt: nothing in common.
+std::optional<mapping::Pose> motion_between(const Scene& scene, const Scene& other);
+
+// The other scene moved by that: a robot's local map and the team's then lie on each other, and what is left is where
+// they differ. Nothing in common: the other scene as it is.
 Scene in_frame_of(Scene other, const Scene& scene);
 
 // Dark blue for 0, over green and yellow, to red for the limit and beyond.

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "hal/base/result.hpp"
+#include "render/camera.hpp"
 #include "render/renderer.hpp"
 #include "render/scene.hpp"
 
@@ -11,8 +12,15 @@ namespace onemap::render {
 
 // The paper's figure 10: the maps of a team beside each other, each with its title and the number of its triangles, in
 // one picture of the style's size, in as many rows as make them largest.
+// whole: the map of all of them, from whose side they are then seen (cameras_beside()); nullptr: each from its own.
 // No map: an error.
-Result<Image> draw_side_by_side(Renderer& renderer, std::span<const Scene> maps, const Style& style);
+Result<Image> draw_side_by_side(Renderer& renderer, std::span<const Scene> maps, const Style& style,
+                                const Scene* whole = nullptr);
+
+// From where each of these maps is seen, in its own frame, in pictures of width / height = aspect. Those of robots that
+// the whole map has, too, are seen in one direction, that in which `fit` shows the whole at 16 : 9, and at one scale,
+// so that one can be held against the next; the others as `fit` does.
+std::vector<Camera> cameras_beside(std::span<const Scene> maps, float aspect, const Scene* whole);
 
 // Who is in a team, and who verified what of whom.
 struct TeamPicture {

@@ -15,6 +15,7 @@ struct ViewOptions {
   std::vector<std::string> views;  // FILE_VIEW.png of each; empty: FILE.png of the one above
   std::vector<float> eye, target;  // empty, or three
   std::vector<std::string> beside;
+  std::string as_in;  // the map of all those, from whose side they are seen; empty: each from its own
   std::string compare;
   float compare_limit_m = 0.05f;
   int turntable = 0, follow_every = 0;  // 0: no sequence
