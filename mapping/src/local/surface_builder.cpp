@@ -23,7 +23,10 @@ VoxelMapConfig for_looking(VoxelMapConfig config) {
 }  // namespace
 
 SurfaceBuilder::SurfaceBuilder(const SurfaceBuilderConfig& config)
-    : shelf_(config.shelf_bytes), reach_(kReach_m, kReach_deg), gate_(config.min_motion_m, config.min_motion_deg) {
+    : shelf_(config.shelf_bytes),
+      exposure_(config.map.image_pixels),
+      reach_(kReach_m, kReach_deg),
+      gate_(config.min_motion_m, config.min_motion_deg) {
   open_.reserve(kOpen);
   open_.emplace_back(VoxelMap(config.map, kOpen));
   while (open_.size() < kOpen) open_.emplace_back(open_.front().voxels.sibling());
@@ -66,13 +69,28 @@ bool SurfaceBuilder::integrate(const hal::FrameView& frame, const RayTable& rays
   if (any_ && gate_.within(T_fused_robot_ * T_robot_camera)) return false;
   Open* submap = open(anchor);
   if (submap == nullptr) return ++counters_.frames_waiting, false;
-  submap->voxels.integrate(frame, rays, anchor.T_anchor_robot * T_robot_camera);
+  measure_exposure(*submap, frame, rays, T_robot_camera);
+  hal::FrameView evened = frame;
+  evened.rgb = exposure_.evened(frame.rgb);
+  submap->voxels.integrate(evened, rays, anchor.T_anchor_robot * T_robot_camera);
   submap->last_fused = ++counters_.integrated_frames;
   fused_into_ = anchor.keyframe;
   T_fused_robot_ = T_camera_robot;
   any_ = true;
   if (4 * submap->voxels.room() < submap->voxels.capacity()) leave_oldest(*submap);
   return true;
+}
+
+// Beside the submap that the frame goes into, or, while that holds little of what is seen, the one before.
+void SurfaceBuilder::measure_exposure(const Open& submap, const hal::FrameView& frame, const RayTable& rays,
+                                      const Pose& T_robot_camera) {
+  const auto beside = [&](const Open& o) {
+    return brightness_ratio(o.voxels, frame, rays, o.anchor.T_anchor_robot * T_robot_camera);
+  };
+  auto ratio = beside(submap);
+  const Open* before = any_ ? find(fused_into_) : nullptr;
+  if (!ratio && before != nullptr && before != &submap) ratio = beside(*before);
+  exposure_.measured(ratio);
 }
 
 // The submap of the anchor, begun or opened again if need be; nullptr while the others are still on their way out.
@@ -166,7 +184,8 @@ SurfaceCounters SurfaceBuilder::counters() const {
 std::size_t SurfaceBuilder::blocks() const { return open_.front().voxels.capacity() - open_.front().voxels.room(); }
 
 std::size_t SurfaceBuilder::bytes() const {
-  return open_.front().voxels.bytes() + (kOpen - 1) * open_.front().voxels.own_bytes() + shelf_.bytes();
+  return open_.front().voxels.bytes() + (kOpen - 1) * open_.front().voxels.own_bytes() + shelf_.bytes() +
+         exposure_.bytes();
 }
 
 }  // namespace onemap::mapping

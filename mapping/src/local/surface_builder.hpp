@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hal/frame.hpp"
+#include "local/exposure.hpp"
 #include "mapping/local/ray_table.hpp"
 #include "mapping/local/submap_anchor.hpp"
 #include "mapping/local/surface_counters.hpp"
@@ -48,6 +49,7 @@ class SurfaceBuilder {
   SurfaceCounters counters() const;
   std::size_t blocks() const;  // in use, of the open submaps
   std::size_t bytes() const;
+  double color_gain() const { return exposure_.gain() / 256.0; }  // what the last fused frame's colours came on with
 
  private:
   // Two that the camera goes to and fro between, and two that are on their way to the shelf.
@@ -68,10 +70,13 @@ class SurfaceBuilder {
   void leave_oldest(const Open& current);
   bool looks(Open& submap) const;
   void shelve(Open& submap);
+  void measure_exposure(const Open& submap, const hal::FrameView& frame, const RayTable& rays,
+                        const Pose& T_robot_camera);
   static void add_counts(const VoxelMapCounters& submap, SurfaceCounters& to);
 
   std::vector<Open> open_;  // kOpen
   SubmapShelf shelf_;
+  Exposure exposure_;
   MotionGate reach_, gate_;
   bool any_ = false;              // frame was fused
   Pose T_fused_robot_;            // the last one,
