@@ -37,7 +37,7 @@ class OpenNi2Camera final : public DepthCamera {
 
   OpenNi2Camera(Address address, std::shared_ptr<Library> library, std::unique_ptr<Hotplug> hotplug);
   Status connect();  // the device that the address names, for the first time
-  void opened();  // who is beside it, and what it is
+  void opened();     // who is beside it, and what it is
   void describe();
   Grab grab_connected(Frame& into, std::chrono::milliseconds timeout);
   Grab grab_gone(Frame& into, std::chrono::milliseconds timeout);
