@@ -6,7 +6,6 @@
 #include <map>
 #include <numeric>
 #include <set>
-#include <unordered_map>
 #include <utility>
 
 #include "floor_int.hpp"
@@ -53,7 +52,7 @@ class NeedlessSubmaps::Evidence {
   }
 
  private:
-  std::unordered_map<std::uint64_t, std::uint64_t> cells_;
+  std::map<std::uint64_t, std::uint64_t> cells_;
 };
 
 std::vector<std::uint32_t> NeedlessSubmaps::look(const TeamMember& own, const SolvedRobot& solved) {
