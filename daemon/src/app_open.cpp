@@ -89,6 +89,8 @@ Status App::open_team() {
   if (!radio) return radio.error();
   radio_ = std::move(*radio);
   if (!config_.alone()) log_.line("listening at {}, {} peers", radio_->local(), config_.peers.size());
+  if (const comms::DiskStore* kept = radio_->kept(); kept != nullptr)
+    team.read_again = [kept](const RecordId& id) { return kept->read(id); };
   const auto publish = [this](OutgoingRecord record) { radio_->publish(std::move(record)); };
   team_ = std::make_unique<Team>(RobotId::from_name(config_.id), radio_->incarnation(), team, publish, failures_, log_);
   return success();

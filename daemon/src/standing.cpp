@@ -45,6 +45,7 @@ std::map<std::string, std::uint64_t> refusals(const TeamView& team, const RadioV
   };
   add("malformed_record", team.records_refused);
   add("submap_beyond_budget", team.submaps_left_out);
+  add("submap_unread", team.submaps_unread);
   add("global_block_without_room", team.blocks_refused);
   add("block_without_anchor", team.blocks_unplaced);
   return all;

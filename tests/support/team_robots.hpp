@@ -87,9 +87,9 @@ class Robot {
     TeamMapConfig config;
     config.atlas = atlas;
     config.merge_while_mapping = merge_while_mapping;
-    config.lost_after = kLostAfter;
-    map_.emplace(author_.id(), author_.incarnation(), config);
+    begin(config);
   }
+  Robot(Author author, const TeamMapConfig& config) : author_(std::move(author)) { begin(config); }
   Robot(const Robot&) = delete;
   Robot& operator=(const Robot&) = delete;
 
@@ -142,6 +142,10 @@ class Robot {
   }
 
  private:
+  void begin(TeamMapConfig config) {
+    config.lost_after = kLostAfter;
+    map_.emplace(author_.id(), author_.incarnation(), config);
+  }
   void hear(Instant now, const std::set<RobotId>& silent) {
     for (const auto& [chain, member] : map_->members())
       if (!silent.contains(chain.robot)) last_sign_[chain.robot] = now;

@@ -13,7 +13,7 @@ bool DiskStore::Impl::forget(const RecordId& id) {
   if (!index.holds(id)) return false;
   RecordPlace place = index.get(id);
   if (place.dropped) return false;
-  const auto record = find(id);
+  const auto record = find(id, false);
   if (record == nullptr || record->dropped) return false;
   const std::size_t less = frame_bytes(record->body.size()) - frame_bytes(0);
   if (place.in_memory) {

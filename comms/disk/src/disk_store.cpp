@@ -196,7 +196,8 @@ std::uint32_t DiskStore::Impl::durable(const LogId& log) const {
   return at == durable_to.end() ? 0 : at->second;
 }
 
-std::shared_ptr<const Record> DiskStore::Impl::find(const RecordId& id) {
+// keep: in the cache.
+std::shared_ptr<const Record> DiskStore::Impl::find(const RecordId& id, bool keep) {
   if (!index.holds(id)) return nullptr;
   const RecordPlace place = index.get(id);
   if (place.in_memory) {
@@ -208,7 +209,7 @@ std::shared_ptr<const Record> DiskStore::Impl::find(const RecordId& id) {
   auto record = read(id, place);
   if (record == nullptr)
     ++view.unreadable;
-  else
+  else if (keep)
     cache.keep(record);
   return record;
 }
@@ -257,7 +258,11 @@ std::uint32_t DiskStore::durable(const LogId& log) const {
 }
 std::shared_ptr<const Record> DiskStore::find(const RecordId& id) const {
   const std::lock_guard lock(impl_->mutex);
-  return impl_->find(id);
+  return impl_->find(id, true);
+}
+std::shared_ptr<const Record> DiskStore::read(const RecordId& id) const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->find(id, false);
 }
 bool DiskStore::forget(const RecordId& id) {
   const std::lock_guard lock(impl_->mutex);

@@ -42,7 +42,7 @@ struct DiskStore::Impl {
   void works(DiskFault fault);
   Error refused_by_disk(const Record& record, DiskFault fault);
   Error full(const Record& record, const std::string& of_what) const;
-  std::shared_ptr<const Record> find(const RecordId& id);
+  std::shared_ptr<const Record> find(const RecordId& id, bool keep);
   std::shared_ptr<const Record> read(const RecordId& id, const RecordPlace& place);
   std::uint32_t durable(const LogId& log) const;
 

@@ -52,6 +52,7 @@ void MapFusion::start_over() {
   atlas_->clear();
   fused_.clear();
   todo_.clear();
+  unread_ = 0;
   for (auto at = wanted_.rbegin(); at != wanted_.rend(); ++at) todo_.push_back(at->first);
   from_nothing_ = true;
 }
@@ -85,6 +86,7 @@ MapFusion::Versions MapFusion::wanted(const TeamLog& log) {
 void MapFusion::aim(const TeamLog& log, MapTarget target) {
   prepare(target.solution.map);
   target_ = std::move(target);
+  unread_ = 0;
   wanted_ = wanted(log);
   if (!atlas_->exact()) return start_over();
   from_nothing_ = fused_.empty();
@@ -105,45 +107,55 @@ std::size_t MapFusion::most_decoded() const {
 }
 
 // The newest first, so that what is too much is the oldest.
-bool MapFusion::decode(const Version& version, LatestSubmaps& into, std::size_t& left_out,
-                       std::vector<Malformed>& malformed, const std::function<bool()>& stop) const {
-  for (auto record = version.records.rbegin(); record != version.records.rend(); ++record) {
+bool MapFusion::decode(const Version& version, Decoded& into, const std::function<bool()>& stop) const {
+  for (auto held = version.records.rbegin(); held != version.records.rend(); ++held) {
     if (stop()) return false;
-    const auto header = decode_submap_header((*record)->body);
-    if (header && !into.has_room(header->blocks)) {
-      ++left_out;
+    const RecordPtr record = whole(*held, read_);
+    if (record == nullptr) {
+      into.unread.push_back({(*held)->id, "its body cannot be read where it is kept: the map has there what it had"});
       continue;
     }
-    auto submap = decode_submap((*record)->body);
+    const auto header = decode_submap_header(record->body);
+    if (header && !into.submaps.has_room(header->blocks)) {
+      ++into.left_out;
+      continue;
+    }
+    auto submap = decode_submap(record->body);
     if (submap)
-      into.add_older((*record)->id.seq, std::move(*submap));
+      into.submaps.add_older(record->id.seq, std::move(*submap));
     else
-      malformed.push_back({(*record)->id, submap.error().text()});
+      into.malformed.push_back({record->id, submap.error().text()});
   }
   return true;
 }
 
-bool MapFusion::step(const std::function<bool()>& stop) {
-  const SubmapId id = todo_.back();
+void MapFusion::replace(const SubmapId& id, const Decoded& before, const Decoded& after) {
   const auto was = fused_.find(id);
   const auto is = wanted_.find(id);
-  LatestSubmaps before(most_decoded()), after(most_decoded());
-  std::size_t left_out = 0, left_out_before = 0;
-  std::vector<Malformed> malformed, known;
-  if (was != fused_.end() && !decode(was->second, before, left_out_before, known, stop)) return false;
-  if (is != wanted_.end() && !decode(is->second, after, left_out, malformed, stop)) return false;
   Atlas::Placed old, now;
-  if (was != fused_.end()) old = {was->second.T_map_anchor, before.submaps()};
-  if (is != wanted_.end()) now = {is->second.T_map_anchor, after.submaps()};
+  if (was != fused_.end()) old = {was->second.T_map_anchor, before.submaps.submaps()};
+  if (is != wanted_.end()) now = {is->second.T_map_anchor, after.submaps.submaps()};
   atlas_->replace(old, now);
   ++fused_count_;
-  malformed_.insert(malformed_.end(), malformed.begin(), malformed.end());
   if (is == wanted_.end()) {
     fused_.erase(was);
   } else {
     fused_[id] = is->second;
-    fused_[id].left_out = left_out;
+    fused_[id].left_out = after.left_out;
   }
+}
+
+bool MapFusion::step(const std::function<bool()>& stop) {
+  const SubmapId id = todo_.back();
+  Decoded before(most_decoded()), after(most_decoded());
+  if (const auto was = fused_.find(id); was != fused_.end() && !decode(was->second, before, stop)) return false;
+  if (const auto is = wanted_.find(id); is != wanted_.end() && !decode(is->second, after, stop)) return false;
+  if (before.unread.empty() && after.unread.empty())
+    replace(id, before, after);
+  else
+    ++unread_;
+  for (const auto* bad : {&before.unread, &after.unread, &after.malformed})
+    malformed_.insert(malformed_.end(), bad->begin(), bad->end());
   todo_.pop_back();
   if (!atlas_->exact() && !from_nothing_) start_over();
   if (todo_.empty()) atlas_->settle();
@@ -157,7 +169,7 @@ std::size_t MapFusion::submaps_left_out() const {
 }
 
 std::uint64_t MapFusion::digest() const {
-  if (!done()) return 0;
+  if (!done() || unread_ > 0) return 0;
   SolutionRecord named = target_->solution;
   named.reference.incarnation = 0;
   named.up = {};  // from floating point, and nothing of the map

@@ -67,8 +67,9 @@ std::vector<std::uint32_t> NeedlessSubmaps::look(const TeamMember& own, const So
 
 // What went out again is the later record's.
 void NeedlessSubmaps::take(const SubmapPlace& place) {
-  if (place.record == nullptr) return;
-  const auto record = decode_submap(place.record->body);
+  const RecordPtr read = place.record != nullptr ? whole(place.record, read_) : nullptr;
+  if (read == nullptr) return;
+  const auto record = decode_submap(read->body);
   if (!record || record->blocks.empty()) return;  // that only names another one costs nothing
   Kept fresh{place.sequence, record->anchor_keyframe, record->voxel_um * 1e-6 * kBlockSide, {}};
   fresh.pieces.reserve(record->blocks.size());

@@ -15,7 +15,8 @@ Status SubmapLog::add(const RecordPtr& record) {
   auto header = decode_submap_header(record->body);
   if (!header) return header.error();
   Entry& good = all_.back();
-  if (header->blocks > 0) good.place.record = record;  // one that only names another holds nothing
+  if (header->blocks > 0)  // one that only names another holds nothing
+    good.place.record = heads_alone_ ? head_alone(*record) : record;
   good.place.anchor = header->anchor_keyframe;
   good.place.blocks = header->blocks;
   return success();

@@ -41,6 +41,7 @@ TeamMember* TeamLog::begin(const ChainId& chain) {
   ++revision_;
   TeamMember& member = members_[chain];
   member.incarnation = chain.incarnation;
+  member.submaps = SubmapLog(bodies_elsewhere_);
   return &member;
 }
 

@@ -1,7 +1,6 @@
 #include "mapping/team/team_map.hpp"
 
 #include <algorithm>
-#include <tuple>
 
 #include "mapping/records/keyframe.hpp"
 #include "mapping/team/link_table.hpp"
@@ -13,14 +12,15 @@ namespace onemap::mapping {
 TeamMap::TeamMap(const RobotId& self, std::uint64_t incarnation, const TeamMapConfig& config)
     : self_(self),
       config_(config),
-      log_(self, incarnation),
+      log_(self, incarnation, config.read_again != nullptr),
       presence_(self, config.lost_after),
       places_(config.places),
       loops_(config.verify, config.merge_while_mapping),
       verifier_(config.verify, places_, config.merge_while_mapping, config.lost_after),
       solver_(map_parameters(config.atlas)),
       decision_(config.lost_after),
-      fusion_(config.atlas.map.budget_bytes) {}
+      fusion_(config.atlas.map.budget_bytes, config.read_again),
+      needless_(config.read_again) {}
 
 void TeamMap::apply(const RecordPtr& record, Instant now) {
   const TeamMember* before = log_.find(ChainId{record->id.log.robot, record->id.log.incarnation});
@@ -185,7 +185,8 @@ bool TeamMap::all_here(const Agreement& team, const SolutionRecord& solution) co
 
 // What was begun while robots map is finished first, even when it is out of date by then.
 void TeamMap::take_aim(const Agreement& team, Instant now) {
-  if (!team.ready() && (fusion_.underway() || now < next_aim_)) return;
+  const bool waits = !team.ready() || fusion_.submaps_unread() > 0;
+  if (waits && (fusion_.underway() || now < next_aim_)) return;
   auto wanted = target(team);
   if (!wanted) return;
   final_ = team.ready() && all_here(team, wanted->solution);
@@ -263,7 +264,7 @@ void TeamMap::fused() {
   fused_anew_ = true;
   view_.digest = fusion_.digest();
   if (view_.digests.size() == kDigests) view_.digests.erase(view_.digests.begin());
-  view_.digests.push_back(view_.digest);
+  if (view_.digest != 0) view_.digests.push_back(view_.digest);
   std::set<RobotId> robots;
   for (const SolvedRobot& solved : fusion_.solution()->robots) robots.insert(solved.chain.robot);
   view_.robots_in_map = robots.size();
@@ -277,6 +278,7 @@ void TeamMap::fused() {
   view_.blocks = fusion_.map()->used();
   view_.blocks_refused = fusion_.map()->counters().blocks_refused;
   view_.submaps_left_out = fusion_.submaps_left_out();
+  view_.submaps_unread = fusion_.submaps_unread();
   view_.blocks_unplaced = fusion_.blocks_unplaced();
   view_.T_map_odometry.reset();
   if (const SolvedRobot* solved = find_solved(*fusion_.solution(), log_.own_chain()); solved != nullptr && log_.own())
@@ -347,54 +349,6 @@ void TeamMap::observe(Instant now) {
   note_gone(team);
   if (const auto passed_over = decision_.look(team, map_is_due(team), solver_, now)) events_.emplace_back(*passed_over);
   update_view(team);
-}
-
-Result<Why> TeamMap::why(const RobotId& a, const RobotId& b) const {
-  for (const RobotId& robot : {a, b})
-    if (const TeamMember* member = log_.find(robot); member == nullptr || !member->counts())
-      return Error{"robot " + robot.name(), "is not known here"};
-  Why out = mapping::why(log_, solution(), a, b);
-  for (const auto& [other, link] : unwritten_) {
-    if (std::minmax(a, b) != std::minmax(self_, other.robot)) continue;
-    WhyPair looked;
-    std::tie(looked.a, looked.b) = std::minmax(log_.own_chain(), other);
-    looked.link = link;
-    looked.verdict.a = looked.a;
-    looked.verdict.b = looked.b;
-    const auto same = [&](const WhyPair& pair) { return pair.a == looked.a && pair.b == looked.b; };
-    const auto known = std::ranges::find_if(out.pairs, same);
-    if (known == out.pairs.end())
-      out.pairs.push_back(std::move(looked));
-    else if (!known->link)
-      known->link = link;
-  }
-  std::ranges::sort(out.pairs, {}, [](const WhyPair& pair) { return std::pair{pair.a, pair.b}; });
-  return out;
-}
-
-Result<std::size_t> TeamMap::rule(const RobotId& a, const RobotId& b, bool apart) {
-  auto all = why(a, b);
-  if (!all) return all.error();
-  std::size_t ruled = 0;
-  for (const WhyPair& pair : all->pairs) {
-    const bool is_apart = pair.ruling && pair.ruling->apart;
-    const bool joins = pair.link && pair.link->reason == LinkReason::accepted && !pair.link->pairs.empty();
-    if (is_apart == apart || (apart && !joins)) continue;
-    const std::uint32_t turn = pair.ruling ? pair.ruling->turn + 1 : 1;
-    if (turn > kMostTurns) continue;
-    records_.push_back({Lane::poses, RecordKind::ruling, encode(RulingRecord{pair.a, pair.b, apart, turn})});
-    ++ruled;
-  }
-  if (ruled > 0) return ruled;
-  return Error{a.name() + " and " + b.name(), apart ? "no link joins them" : "nobody has taken their links back"};
-}
-
-std::string TeamMap::graph() const { return solution() != nullptr ? graph_text(log_, *solution()) : std::string(); }
-
-std::vector<LinkRecord> TeamMap::links() const {
-  std::vector<LinkRecord> out;
-  for (const TeamLink& link : counting_links(log_)) out.push_back(*link.link);
-  return out;
 }
 
 }  // namespace onemap::mapping

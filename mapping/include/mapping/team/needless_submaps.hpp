@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "hal/base/time.hpp"
@@ -17,8 +18,10 @@ namespace onemap::mapping {
 // left this one. Where that is follows from the solution, so loops must have been closed. Used by one thread.
 class NeedlessSubmaps {
  public:
+  explicit NeedlessSubmaps(ReadRecord read = {}) : read_(std::move(read)) {}  // of records that are held without bodies
+
   // Of the records of this life those that are needless and were not named before, by their sequences, the oldest
-  // first. Decodes each record once.
+  // first. Reads and decodes each record once; one that cannot be read is needed.
   std::vector<std::uint32_t> look(const TeamMember& own, const SolvedRobot& solved);
 
  private:
@@ -47,6 +50,7 @@ class NeedlessSubmaps {
   std::vector<std::uint32_t> sent_again();
   std::vector<std::uint32_t> seen_again(const TeamMember& own, const SolvedRobot& solved);
 
+  ReadRecord read_;
   std::uint64_t life_ = 0;
   std::size_t looked_ = 0;  // at so many of its records
   std::vector<Kept> kept_;  // in the order of the log

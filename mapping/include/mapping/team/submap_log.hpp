@@ -10,7 +10,7 @@ namespace onemap::mapping {
 
 // A record of voxels, and what its header says.
 struct SubmapPlace {
-  RecordPtr record;            // nullptr: it is malformed, without blocks, or its body is gone
+  RecordPtr record;            // perhaps its head alone; nullptr: it is malformed, without blocks, or its body is gone
   std::uint32_t sequence = 0;  // in its log
   std::uint32_t anchor = 0;    // the keyframe in whose frame they lie
   std::size_t blocks = 0;
@@ -22,6 +22,10 @@ struct SubmapPlace {
 // made any more, and who comes later gets its head alone.
 class SubmapLog {
  public:
+  SubmapLog() = default;
+  // heads_alone: bodies can be read again elsewhere, so they are not held here.
+  explicit SubmapLog(bool heads_alone) : heads_alone_(heads_alone) {}
+
   // The next record. The error says what is malformed; it has its place all the same.
   Status add(const RecordPtr& record);
 
@@ -47,6 +51,7 @@ class SubmapLog {
   };
   void replace(const Record& by);
 
+  bool heads_alone_ = false;
   std::vector<Entry> all_;
   std::vector<std::uint32_t> waiting_;  // of these, replaced ones that have their bodies
   std::vector<std::uint32_t> gone_;     // those that came without them, as long as a map may need them

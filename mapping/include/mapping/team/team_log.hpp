@@ -17,7 +17,9 @@ class TeamLog {
   static constexpr std::size_t kMaxRobots = 256;  // of whose records something is kept; more are refused
   static constexpr std::size_t kMaxLives = 32;    // of a robot, the newest; what is earlier is not looked at
 
-  TeamLog(const RobotId& self, std::uint64_t incarnation) : self_{self, incarnation} {}
+  // bodies_elsewhere: those of voxels can be read again, so they are not held.
+  TeamLog(const RobotId& self, std::uint64_t incarnation, bool bodies_elsewhere = false)
+      : self_{self, incarnation}, bodies_elsewhere_(bodies_elsewhere) {}
 
   // This robot goes on under another number. repeats: it writes its records again, and those of its life before no
   // longer count; else that life keeps its worth.
@@ -50,6 +52,7 @@ class TeamLog {
   TeamMember* begin(const ChainId& chain);
 
   ChainId self_;
+  bool bodies_elsewhere_;
   std::uint64_t repeated_ = 0;  // the life of this robot that its present one repeats; 0: none
   std::map<ChainId, TeamMember> members_;
   Rulings rulings_;

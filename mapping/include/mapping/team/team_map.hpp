@@ -34,6 +34,9 @@ struct TeamMapConfig {
   // finished, and until then there is no map.
   Duration merge_while_mapping{};
   Duration map_interval = std::chrono::seconds(1);  // while robots map, the map gets what is new at most so often
+  // Where the bodies of applied records can be read again until take_spare() names them as unread; then voxels, most of
+  // what a team says, are not held in memory. Empty: they are. Called by the thread that uses the map.
+  ReadRecord read_again;
 };
 
 // Where the team stands, as this robot knows it.
@@ -49,6 +52,7 @@ struct TeamView {
   std::uint64_t blocks = 0, blocks_refused = 0;       // of the last global map; refused: it was full
   std::uint64_t places_left_out = 0;                  // own keyframes that are not in the place index, thinned as it is
   std::uint64_t submaps_left_out = 0;                 // of the last global map: more than may be decoded
+  std::uint64_t submaps_unread = 0;                   // of the last global map: as they were, for their bodies cannot be read
   std::uint64_t blocks_unplaced = 0;                  // of the last global map: hung on an anchor nobody knows
   std::uint64_t needless = 0;                         // own voxel records that were found needless, in all
   std::uint64_t needless_keyframes = 0;               // and own keyframes

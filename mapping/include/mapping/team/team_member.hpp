@@ -21,6 +21,7 @@ namespace onemap::mapping {
 
 // One robot of the team by its records of one life. What is large stays encoded, in the bodies that the store holds
 // anyway: a robot costs here a pointer a record, a pose a keyframe and its way, whatever its records would decode to.
+// Where the store is on a disk, voxels stay there.
 struct TeamMember {
   static constexpr std::size_t kMaxLinks = 512, kMaxRulings = 512;  // beyond: refused
   static constexpr std::size_t kMostPoses = 1u << 18;               // 10 MB; of a longer way fewer are kept

@@ -30,7 +30,7 @@ struct DiskStoreConfig {
 // At the start all segments are read: the last one is cut at the first frame that is not whole, and behind a spoilt
 // place in an earlier one the records go on that can still follow each other. What is no segment is set aside.
 //
-// append, sync, durable and forget are for one thread; find may be called by any at the same time.
+// append, sync, durable and forget are for one thread; find and read may be called by any at the same time.
 class DiskStore final : public LogStore {
  public:
   // The disk must outlive the store. The error says why nothing can be kept there at all.
@@ -41,6 +41,7 @@ class DiskStore final : public LogStore {
   Status sync() override;
   std::uint32_t durable(const LogId& log) const override;
   std::shared_ptr<const Record> find(const RecordId& id) const override;
+  std::shared_ptr<const Record> read(const RecordId& id) const;  // as find(), and the cache stays as it is
   void scan(const std::function<void(const std::shared_ptr<const Record>&)>& visit) const override;
   bool forget(const RecordId& id) override;
   const VersionVector& frontier() const override;
