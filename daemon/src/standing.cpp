@@ -58,6 +58,10 @@ Standing standing(const PipelineProgress& progress, const TeamView& team, const 
   if (!radio.store_full.empty() && !out.agreed) {
     out.stuck = true;
     out.waiting = radio.store_full;
+  } else if (team.submaps_unread > 0 && !out.agreed) {
+    out.stuck = true;
+    out.waiting = fmt::format("{} submaps of the map cannot be read from the log: look at the disk under OUT/log",
+                              team.submaps_unread);
   } else if (!team.waiting.empty()) {
     out.waiting = "waiting for " + list(team.waiting);
   } else if (!team.settled) {

@@ -78,6 +78,15 @@ TEST(Standing, AFullStoreCannotBeWaitedOut) {
   EXPECT_FALSE(parts.standing().stuck);
 }
 
+TEST(Standing, WhatCannotBeReadCannotBeWaitedOut) {
+  Parts parts;
+  parts.team.settled = false;
+  parts.team.submaps_unread = 3;
+  EXPECT_TRUE(parts.standing().stuck);
+  EXPECT_EQ(parts.standing().waiting,
+            "3 submaps of the map cannot be read from the log: look at the disk under OUT/log");
+}
+
 TEST(Refusals, TheTeamsAreCountedBesideTheRadios) {
   Parts parts;
   EXPECT_TRUE(refusals(parts.team, parts.radio).empty());

@@ -182,6 +182,28 @@ TEST(Disk, ALimitOfTheFileSizeDoesNotKillIt) {
   EXPECT_TRUE(fs::exists(folder / "out/report.json")) << "what is small enough is written";
 }
 
+// Somebody empties the log's files under the daemon, which reads voxels from them when it fuses them anew.
+TEST(Disk, WhatIsTakenFromTheLogIsSaidAndTheDaemonGoesOn) {
+  const TempFolder folder;
+  Robot robot(folder, "robot", std::string(kLongWalk) + "&width=320&height=240", {"--speed", "max"});
+  const auto frames = [&] { return robot.status("frames", 0u); };
+  ASSERT_TRUE(test::wait_until([&] { return frames() > 100; }, 60s)) << robot.log();
+  ASSERT_THAT(robot.log(), Not(HasSubstr("cannot be read where it is kept")));
+  const auto empty = [&] {  // again and again: what is new is fused from there soon
+    for (const auto& entry : fs::directory_iterator(robot.out() / "log"))
+      if (entry.path().filename() != "lock") fs::resize_file(entry.path(), 0);
+    return robot.log().find("its body cannot be read where it is kept: the map has there what it had") !=
+           std::string::npos;
+  };
+  ASSERT_TRUE(test::wait_until(empty, 60s)) << robot.log();
+  const unsigned before = frames();
+  EXPECT_TRUE(test::wait_until([&] { return frames() > before + 20; }, 60s)) << robot.log();
+  EXPECT_TRUE(test::wait_until(
+      [&] { return robot.status("refused", nlohmann::json::object()).value("submap_unread", 0u) > 0; }, 60s))
+      << test::text_of(robot.out() / "status.json");
+  EXPECT_NE(robot.stop(), -1) << robot.log();
+}
+
 TEST(Disk, AStateThatCannotBeReadIsSetAside) {
   const TempFolder folder;
   folder.write("robot/life", "\x01\x02 not a number");

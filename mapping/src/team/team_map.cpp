@@ -290,6 +290,7 @@ void TeamMap::fused() {
 void TeamMap::tell_fused(bool final) {
   constexpr Duration kTellAgain = std::chrono::seconds(10);
   const std::uint64_t solution = mapping::digest(*fusion_.solution());
+  if (view_.digest == 0) return;  // what could not be read is said
   if (!final && (view_.blocks == 0 || (told_ && told_->first == solution && now_ - told_->second < kTellAgain))) return;
   told_ = {solution, now_};
   events_.emplace_back(MapFused{final, view_.digest, *fusion_.solution(), fusion_.submaps(), fusion_.submaps_left_out(),
