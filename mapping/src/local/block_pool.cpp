@@ -8,7 +8,7 @@
 namespace onemap::mapping {
 
 namespace {
-constexpr std::size_t kFewIdle = 256;
+constexpr std::size_t kFewIdle = 64, kIdleShare = 64;  // blocks; one of so many that are taken
 }
 
 BlockPool::BlockPool(std::size_t blocks, bool resident) : resident_(resident) {
@@ -44,7 +44,7 @@ void BlockPool::give_back(std::int32_t block) {
 // Neighbours together, so that the pages that they share go, too.
 void BlockPool::give_back_pages() {
   const std::size_t taken = capacity() - free_.size();
-  if (resident_ || idle_ < std::max(kFewIdle, taken / 16)) return;
+  if (resident_ || idle_ < std::max(kFewIdle, taken / kIdleShare)) return;
   std::vector<std::int32_t> idle;
   idle.reserve(free_.size());
   for (const std::int32_t block : free_)
