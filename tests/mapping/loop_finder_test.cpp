@@ -61,6 +61,35 @@ struct LoopFinderTest : testing::Test {
   }
 };
 
+LinkPair loop_at(std::uint32_t later, std::uint32_t inliers = 50) { return {later / 2, later, inliers, {}}; }
+
+TEST(LeastMissed, IsTheOneAmidOthersThatIsLongestAgoAndOfEqualOnesTheWeakest) {
+  const std::vector<LinkPair> even{loop_at(1000), loop_at(2000), loop_at(3000), loop_at(4000)};
+  EXPECT_EQ(least_missed(even), 0u) << "the longest ago";
+  const std::vector<LinkPair> crowded{loop_at(1000), loop_at(3000), loop_at(3010), loop_at(3020), loop_at(4000)};
+  EXPECT_EQ(least_missed(crowded), 2u);
+  const std::vector<LinkPair> equal{loop_at(30), loop_at(3000, 60), loop_at(3000, 50), loop_at(3000, 70),
+                                    loop_at(4000)};
+  EXPECT_EQ(least_missed(equal), 2u);
+  EXPECT_EQ(least_missed(std::vector{loop_at(7)}), 0u);
+}
+
+// A robot that comes back all the time, for long: what is new is held, and the way from its beginning.
+TEST(LeastMissed, LeavesFewerTheLongerAgoItIs) {
+  std::vector<LinkPair> kept;
+  for (std::uint32_t later = 21; later < 12'000; ++later) {
+    kept.push_back(loop_at(later));
+    if (kept.size() > kMaxLinkPairs) kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(least_missed(kept)));
+  }
+  ASSERT_EQ(kept.size(), kMaxLinkPairs);
+  EXPECT_EQ(kept.back().keyframe_b, 11'999u);
+  EXPECT_LT(kept.front().keyframe_b, 3000u);
+  for (std::size_t i = 1; i < kept.size(); ++i) {
+    const double gap = kept[i].keyframe_b - kept[i - 1].keyframe_b, ago = 12'000.0 - kept[i - 1].keyframe_b;
+    EXPECT_LT(gap, 5 + 0.15 * ago) << kept[i].keyframe_b;
+  }
+}
+
 TEST_F(LoopFinderTest, FindsWhereTheRobotCameBack) {
   const LinkRecord loops = at_once();
   EXPECT_EQ(loops.a, robot.id());

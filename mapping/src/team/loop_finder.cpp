@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 
 #include "team/verify_clouds.hpp"
 
@@ -19,6 +20,22 @@ constexpr std::ptrdiff_t kKeptOfAnchors = 3;  // more of one view say nothing ne
 std::pair<std::uint32_t, std::uint32_t> ends(const LinkPair& pair) { return {pair.keyframe_a, pair.keyframe_b}; }
 
 }  // namespace
+
+std::size_t least_missed(std::span<const LinkPair> pairs) {
+  std::vector<std::size_t> along(pairs.size());
+  std::iota(along.begin(), along.end(), std::size_t{0});
+  std::ranges::stable_sort(along, {}, [&](std::size_t i) { return pairs[i].keyframe_b; });
+  const auto at = [&](std::size_t k) { return static_cast<double>(pairs[along[k]].keyframe_b); };
+  const double newest = at(along.size() - 1);
+  const auto missed = [&](std::size_t k) {
+    const double before = k == 0 ? 0 : at(k - 1), after = k + 1 == along.size() ? newest : at(k + 1);
+    return std::pair{(after - before) / (newest - at(k) + kNeighbours), pairs[along[k]].inliers};
+  };
+  std::size_t least = 0;
+  for (std::size_t k = 1; k < along.size(); ++k)
+    if (missed(k) < missed(least)) least = k;
+  return along[least];
+}
 
 void LoopFinder::begin_life(const TeamMember& own) {
   if (life_ == own.incarnation && looked_ <= own.keyframes.size()) return;
@@ -47,18 +64,25 @@ std::vector<std::uint32_t> LoopFinder::candidates(const TeamMember& own, const K
 void LoopFinder::keep(const LinkPair& pair, std::uint32_t anchor_a, std::uint32_t anchor_b) {
   const auto same = [&](const Found& f) { return f.anchor_a == anchor_a && f.anchor_b == anchor_b; };
   const auto weaker = [](const Found& x, const Found& y) { return x.pair.inliers < y.pair.inliers; };
-  const bool many = std::ranges::count_if(found_, same) >= kKeptOfAnchors;
-  if (!many && found_.size() < kMaxLinkPairs) {
+  if (std::ranges::count_if(found_, same) < kKeptOfAnchors) {
     found_.push_back({pair, anchor_a, anchor_b});
     untold_ = true;
+    if (found_.size() > kMaxLinkPairs) forget_one();
     return;
   }
   auto weakest = found_.end();
   for (auto at = found_.begin(); at != found_.end(); ++at)
-    if ((!many || same(*at)) && (weakest == found_.end() || weaker(*at, *weakest))) weakest = at;
+    if (same(*at) && (weakest == found_.end() || weaker(*at, *weakest))) weakest = at;
   if (pair.inliers <= weakest->pair.inliers) return;
   *weakest = {pair, anchor_a, anchor_b};
   untold_ = true;
+}
+
+void LoopFinder::forget_one() {
+  std::vector<LinkPair> pairs;
+  pairs.reserve(found_.size());
+  for (const Found& found : found_) pairs.push_back(found.pair);
+  found_.erase(found_.begin() + static_cast<std::ptrdiff_t>(least_missed(pairs)));
 }
 
 std::vector<LoopFinder::Tried>::iterator LoopFinder::tried(const std::pair<std::uint32_t, std::uint32_t>& anchors) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -8,6 +9,11 @@
 #include "mapping/team/verify.hpp"
 
 namespace onemap::mapping {
+
+// Of too many loops the one that is missed least: of pairs of keyframes, of which the later ends are the robot's way,
+// that which leaves the smallest gap for how long ago it is, so that what is new is held by many and what is old by
+// ever fewer. Of those the weakest. There must be one.
+std::size_t least_missed(std::span<const LinkPair> pairs);
 
 // Finds where this robot came back to a place that it knows: each of its keyframes asks the place index once for
 // earlier ones that are not its neighbours, and the likeliest are looked at closely. One keyframe at a time and in
@@ -26,6 +32,8 @@ class LoopFinder {
   void begin_life(const TeamMember& own);
   std::vector<std::uint32_t> candidates(const TeamMember& own, const KeyframeRecord& keyframe, PlaceIndex& index) const;
   void keep(const LinkPair& pair, std::uint32_t anchor_a, std::uint32_t anchor_b);
+
+  void forget_one();
 
   struct Found {
     LinkPair pair;
