@@ -200,6 +200,23 @@ TEST_F(Taken, WhatIsTakenAwayWasNeverThere) {
   EXPECT_TRUE(atlas.exact());
 }
 
+// Or after each peak of what is under way every page would hold a part of a block.
+TEST_F(Taken, WhatIsLeftLiesTogether) {
+  Atlas atlas({}), alone({});
+  from_a.add_to(alone);
+  alone.settle();
+  from_b.add_to(atlas);
+  from_a.add_to(atlas);
+  atlas.replace(from_b.placed(), {});
+  atlas.settle();
+  EXPECT_EQ(atlas.map().digest(), alone.map().digest());
+  std::vector<const Voxel*> where;
+  atlas.map().for_each([&](const BlockView& block) { where.push_back(block.voxels.data()); });
+  std::ranges::sort(where);
+  ASSERT_GT(where.size(), 100u);
+  for (std::size_t i = 1; i < where.size(); ++i) ASSERT_EQ(where[i] - where[i - 1], kBlockVoxels) << i;
+}
+
 TEST_F(Taken, WhatMovedIsWhereItWouldBe) {
   const Source moved(rb, motion(0.21, -0.1, 0.4, 0.55, -0.3, 0.2));
   Atlas atlas({}), direct({});

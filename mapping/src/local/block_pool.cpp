@@ -43,8 +43,7 @@ void BlockPool::give_back(std::int32_t block) {
 
 // Neighbours together, so that the pages that they share go, too.
 void BlockPool::give_back_pages() {
-  const std::size_t taken = capacity() - free_.size();
-  if (resident_ || idle_ < std::max(kFewIdle, taken / kIdleShare)) return;
+  if (resident_ || idle_ < std::max(kFewIdle, taken() / kIdleShare)) return;
   std::vector<std::int32_t> idle;
   idle.reserve(free_.size());
   for (const std::int32_t block : free_)

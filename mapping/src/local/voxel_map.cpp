@@ -115,7 +115,21 @@ void VoxelMap::drop_unseen() {
   const auto seen = [](const Voxel& voxel) { return voxel.weight > 0; };
   for (std::size_t i = keys_.size(); i-- > 0;)
     if (const Voxel* voxels = voxels_of(i); std::none_of(voxels, voxels + kBlockVoxels, seen)) drop(i);
+  pack();
   shared_->pool.give_back_pages();
+}
+
+// Blocks that lie beyond as many as are taken move to where there is room before: a block is a page and a half, and
+// alone among free ones it holds two or three.
+void VoxelMap::pack() {
+  BlockPool& pool = shared_->pool;
+  const auto taken = static_cast<std::int32_t>(pool.taken());
+  for (std::int32_t& place : places_) {
+    if (place < taken) continue;
+    const std::int32_t before = pool.take();  // the lowest: as this one lies beyond, one below is free
+    std::copy_n(pool.voxels(place), kBlockVoxels, pool.voxels(before));
+    pool.give_back(std::exchange(place, before));
+  }
 }
 
 std::size_t VoxelMap::bytes() const { return shared_bytes(config_, capacity()) + own_bytes(); }

@@ -17,6 +17,7 @@ class BlockPool {
 
   std::size_t capacity() const { return states_.size(); }
   std::size_t free() const { return free_.size(); }
+  std::size_t taken() const { return capacity() - free(); }
   std::int32_t take();                 // a block of unseen voxels; -1: none is free
   void give_back(std::int32_t block);  // whatever is in it
   // Most of what free blocks hold goes to the system, once that is much beside what is taken; of a resident pool

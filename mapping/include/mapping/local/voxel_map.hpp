@@ -76,7 +76,7 @@ class VoxelMap {
   void mark_handed_out();  // as it is now: what take_settled() will give changed later
 
   void clear();        // empty again; its blocks are the pool's
-  void drop_unseen();  // gives back the blocks without an observed voxel
+  void drop_unseen();  // gives back the blocks without an observed voxel, and the pages that nobody needs then
 
   std::size_t capacity() const { return shared_->pool.capacity(); }  // blocks, of the pool
   std::size_t room() const { return shared_->pool.free(); }          // of these, that nobody uses
@@ -114,6 +114,7 @@ class VoxelMap {
   std::int32_t index_of(const BlockKey& key) const;  // -1: not there
   std::int32_t index_or_add(const BlockKey& key);    // -1: the pool is full
   void drop(std::size_t block);
+  void pack();
   void touch(const BlockKey& key);
   void touch_seen_blocks(const Viewpoint& from);
   void touch_segment(const Vector3f& from, const Vector3f& to);
