@@ -125,6 +125,43 @@ TEST_F(BodiesElsewhere, ARecordThatCannotBeReadIsNotFoundNeedless) {
   EXPECT_THAT(seeing.look(*log.find(robot.chain()), solved), testing::ElementsAre(last->id.seq));
 }
 
+// A robot alone, that goes on.
+TEST(TeamMapElsewhere, WhatIsStillInTheMapIsNotLetGo) {
+  Author robot = test::small_robot("a");
+  Shelf shelf;
+  TeamMapConfig config;
+  config.atlas = test::small_map();
+  config.merge_while_mapping = config.map_interval = 1s;
+  config.read_again = shelf.read;
+  TeamMap map(robot.id(), 1, config);
+  Instant now{1000s};
+  std::size_t applied = 0;
+  const auto work = [&] {
+    shelf.keep(robot);
+    for (int i = 0; i < 20; ++i) {
+      for (now += 1s; applied < robot.written().size(); ++applied) map.apply(robot.written()[applied], now);
+      while (map.step(now)) map.observe(now);
+      map.observe(now);
+      for (const TeamRecord& record : map.take_records())
+        shelf.records[robot.write(record.lane, static_cast<std::uint16_t>(record.kind), record.body)->id] =
+            robot.written().back();
+    }
+  };
+  work();
+  ASSERT_NE(map.view().digest, 0u);
+  const auto is_submap = [](const RecordPtr& r) { return r->kind == static_cast<std::uint16_t>(RecordKind::submap); };
+  const RecordPtr first_one = *std::ranges::find_if(robot.written(), is_submap);
+  robot.replacing(first_one->id.seq).submap({0, 3, 0});
+  shelf.unreadable = {first_one->id};
+  work();
+  EXPECT_EQ(map.view().submaps_unread, 1u);
+  EXPECT_THAT(map.take_spare().unread, testing::IsEmpty()) << "or it could never be taken back";
+  shelf.unreadable.clear();
+  work();
+  EXPECT_NE(map.view().digest, 0u);
+  EXPECT_THAT(map.take_spare().unread, testing::ElementsAre(first_one->id));
+}
+
 // The whole team's work with them: nothing is held but what the shelf has, and an unreadable one is told once.
 TEST(TeamMapElsewhere, IsTheSameMap) {
   Shelf shelf;

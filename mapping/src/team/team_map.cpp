@@ -269,6 +269,7 @@ void TeamMap::fused() {
   for (const SolvedRobot& solved : fusion_.solution()->robots) robots.insert(solved.chain.robot);
   view_.robots_in_map = robots.size();
   for (const ChainExtent& extent : fusion_.target()->extents) {
+    if (fusion_.submaps_unread() > 0) break;  // what replaced records said is still in the map, to be taken back
     const std::vector<RecordId> unread = log_.let_go(extent.chain, extent.submaps);
     spare_.unread.insert(spare_.unread.end(), unread.begin(), unread.end());
   }
