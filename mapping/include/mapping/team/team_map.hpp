@@ -52,7 +52,7 @@ struct TeamView {
   std::uint64_t blocks = 0, blocks_refused = 0;       // of the last global map; refused: it was full
   std::uint64_t places_left_out = 0;                  // own keyframes that are not in the place index, thinned as it is
   std::uint64_t submaps_left_out = 0;                 // of the last global map: more than may be decoded
-  std::uint64_t submaps_unread = 0;                   // of the last global map: as they were, for their bodies cannot be read
+  std::uint64_t submaps_unread = 0;                   // of it: there as they were, for a body cannot be read
   std::uint64_t blocks_unplaced = 0;                  // of the last global map: hung on an anchor nobody knows
   std::uint64_t needless = 0;                         // own voxel records that were found needless, in all
   std::uint64_t needless_keyframes = 0;               // and own keyframes
