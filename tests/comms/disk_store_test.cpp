@@ -35,8 +35,12 @@ TEST(DiskStore, KeepsLogsOverRestarts) {
     for (const Record& record : written) ASSERT_TRUE(store->append(record));
     EXPECT_FALSE(store->append(written[3])) << "not the next of its log";
     frontier = store->frontier();
-    for (const Record& record : written) expect_same(record, store->find(record.id));
+    for (const Record& record : written) {
+      expect_same(record, store->read(record.id));
+      expect_same(record, store->find(record.id));
+    }
     EXPECT_EQ(store->find({{kSecondAuthor, 4, 9}, 0}), nullptr);
+    EXPECT_EQ(store->read({{kSecondAuthor, 4, 9}, 0}), nullptr);
   }
   auto store = opened(disk);
   EXPECT_EQ(store->frontier(), frontier);

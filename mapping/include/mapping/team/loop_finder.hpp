@@ -32,7 +32,6 @@ class LoopFinder {
   void begin_life(const TeamMember& own);
   std::vector<std::uint32_t> candidates(const TeamMember& own, const KeyframeRecord& keyframe, PlaceIndex& index) const;
   void keep(const LinkPair& pair, std::uint32_t anchor_a, std::uint32_t anchor_b);
-
   void forget_one();
 
   struct Found {
