@@ -1,10 +1,13 @@
 #include "joining.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <numeric>
+#include <utility>
 
 #include "clique.hpp"
+#include "own_loops.hpp"
 #include "pair_links.hpp"
 #include "triangles.hpp"
 
@@ -13,6 +16,10 @@ namespace onemap::mapping {
 namespace {
 
 using Links = std::vector<std::size_t>;  // of the index
+
+std::uint32_t pairs_among(std::size_t links) {
+  return static_cast<std::uint32_t>(links * (links - std::min<std::size_t>(1, links)) / 2);
+}
 
 // The best by inliers, ties by id; ascending.
 Links best_by_inliers(const GraphIndex& index, Links links, std::size_t most) {
@@ -52,16 +59,10 @@ std::vector<ChainPair> pairs_of(const GraphIndex& index, const std::vector<LinkV
 }
 
 // The links that odometry does not rule out.
-Links within_odometry(const GraphIndex& index, const ChainFrames& frames, const Links& links, double chi2,
-                      std::vector<LinkVerdict>& verdicts) {
+Links within_odometry(const GraphIndex& index, const ChainFrames& frames, const Links& links, double chi2) {
   Links out;
-  for (std::size_t i : links) {
-    const double surprise = against_odometry(frames, index.links[i].edge);
-    if (surprise <= chi2)
-      out.push_back(i);
-    else
-      verdicts[i] = {verdicts[i].id, LinkUse::contradicts_chain, surprise};
-  }
+  for (std::size_t i : links)
+    if (against_odometry(frames, index.links[i].edge) <= chi2) out.push_back(i);
   return out;
 }
 
@@ -84,25 +85,79 @@ std::size_t best_of(const GraphIndex& index, const Links& group) {
   });
 }
 
-void find_groups(const GraphIndex& index, const ChainFrames& frames, const JoinConfig& config, const Links& links,
-                 ChainPair& pair) {
+Links of(const Links& links, const std::vector<std::size_t>& chosen) {
+  Links out;
+  for (std::size_t v : chosen) out.push_back(links[v]);
+  return out;
+}
+
+AgreementGraph agreement_between(const GraphIndex& index, const ChainFrames& frames, const Links& links, bool own,
+                                 double chi2) {
   std::vector<const GraphEdge*> edges;
   for (std::size_t i : links) edges.push_back(&index.links[i].edge);
-  const AgreementGraph graph = agreement_of(frames, edges, pair.own(), config.chi2);
-  std::vector<std::size_t> all(links.size());
-  std::iota(all.begin(), all.end(), std::size_t{0});
-  const std::vector<std::size_t> group = largest_clique(graph, all, config.clique_steps);
-  const auto second = largest_clique(graph, opponents(graph, group), config.clique_steps);
-  for (std::size_t v : group) {
-    pair.agreeing.push_back(links[v]);
-    pair.inliers += index.links[links[v]].link->inliers;
+  return agreement_of(frames, edges, own, chi2);
+}
+
+std::vector<std::size_t> all_of(const Links& links) {
+  std::vector<std::size_t> out(links.size());
+  std::iota(out.begin(), out.end(), std::size_t{0});
+  return out;
+}
+
+// The links that agree, and the most that agree on something else.
+struct Groups {
+  Links agreeing;
+  std::size_t second = 0;
+};
+
+Groups find_groups(const GraphIndex& index, const ChainFrames& frames, const JoinConfig& config, const Links& links,
+                   bool own) {
+  const AgreementGraph graph = agreement_between(index, frames, links, own, config.chi2);
+  const std::vector<std::size_t> group = largest_clique(graph, all_of(links), config.clique_steps);
+  return {of(links, group), largest_clique(graph, opponents(graph, group), config.clique_steps).size()};
+}
+
+// Of one chain, as they follow each other along the way, which is bent to them. Where more of them agree by odometry
+// alone, the first ones were wrong, and these count; the way stays as it is.
+Groups find_own_groups(const GraphIndex& index, const JoinConfig& config, const ChainPair& pair, ChainFrames& frames,
+                       Joining& joining) {
+  const ChainFrames by_itself = frames;
+  const FollowedLoops followed = follow_loops(index, index.chains[pair.chain_a], pair.links, config.chi2, frames);
+  Groups out{followed.agreeing, 0};
+  const auto contradicts = [&](std::size_t link, double chi2) {
+    joining.verdicts[link] = {joining.verdicts[link].id, LinkUse::contradicts_chain, chi2};
+  };
+  if (!followed.refused.empty()) {
+    const Links near = within_odometry(index, by_itself, pair.links, config.chi2);
+    const Links links = best_by_inliers(index, near, config.links_compared);
+    joining.compared += pairs_among(links.size());
+    const Groups by_odometry = find_groups(index, by_itself, config, links, true);
+    if (by_odometry.agreeing.size() > followed.agreeing.size()) {
+      for (std::size_t link : pair.links)
+        if (!std::ranges::binary_search(near, link))
+          contradicts(link, against_odometry(by_itself, index.links[link].edge));
+      frames = by_itself;
+      return by_odometry;
+    }
+    Links others;
+    std::ranges::copy_if(links, std::back_inserter(others),
+                         [&](std::size_t link) { return !std::ranges::binary_search(followed.agreeing, link); });
+    const AgreementGraph graph = agreement_between(index, by_itself, others, true, config.chi2);
+    out.second = largest_clique(graph, all_of(others), config.clique_steps).size();
   }
-  pair.verdict.links = static_cast<std::uint32_t>(links.size());
-  pair.verdict.agree = static_cast<std::uint32_t>(group.size());
-  pair.verdict.second = static_cast<std::uint32_t>(second.size());
+  for (const auto& [link, misfit] : followed.refused) contradicts(link, misfit);
+  return out;
+}
+
+void weigh(const GraphIndex& index, const ChainFrames& frames, const JoinConfig& config, Groups groups,
+           ChainPair& pair) {
+  for (std::size_t link : groups.agreeing) pair.inliers += index.links[link].link->inliers;
+  pair.agreeing = std::move(groups.agreeing);
+  pair.verdict.agree = static_cast<std::uint32_t>(pair.agreeing.size());
+  pair.verdict.second = static_cast<std::uint32_t>(groups.second);
   pair.evidence = evidence_of(index, frames, pair.agreeing, config);
   pair.verdict.places = pair.evidence.places;
-  if (!group.empty()) pair.best = best_of(index, pair.agreeing);
+  if (!pair.agreeing.empty()) pair.best = best_of(index, pair.agreeing);
 }
 
 void judge(const JoinConfig& config, ChainPair& pair) {
@@ -120,19 +175,27 @@ void judge(const JoinConfig& config, ChainPair& pair) {
 
 }  // namespace
 
-Joining join_chains(const GraphIndex& index, const ChainFrames& frames, const JoinConfig& config) {
+Joining join_chains(const GraphIndex& index, const JoinConfig& config, ChainFrames& frames) {
   Joining out;
   for (const IndexedLink& link : index.links)
     out.verdicts.push_back({link.id, link.has_anchors ? LinkUse::used : LinkUse::no_anchor, 0});
   drop_surplus(index, config.links_per_anchor_pair, out.verdicts);
   out.pairs = pairs_of(index, out.verdicts);
   for (ChainPair& pair : out.pairs) {
-    Links links = pair.links;
-    if (pair.own()) links = within_odometry(index, frames, links, config.chi2, out.verdicts);
-    links = best_by_inliers(index, std::move(links), config.links_compared);
-    out.compared +=
-        static_cast<std::uint32_t>(links.size() * (links.size() - std::min<std::size_t>(1, links.size())) / 2);
-    find_groups(index, frames, config, links, pair);
+    if (!pair.own()) continue;
+    pair.verdict.links = static_cast<std::uint32_t>(pair.links.size());
+    ChainFrames bent = frames;
+    Groups groups = find_own_groups(index, config, pair, bent, out);
+    weigh(index, bent, config, std::move(groups), pair);
+    judge(config, pair);
+    if (pair.joined()) frames = std::move(bent);
+  }
+  for (ChainPair& pair : out.pairs) {
+    if (pair.own()) continue;
+    const Links links = best_by_inliers(index, pair.links, config.links_compared);
+    out.compared += pairs_among(links.size());
+    pair.verdict.links = static_cast<std::uint32_t>(links.size());
+    weigh(index, frames, config, find_groups(index, frames, config, links, false), pair);
     judge(config, pair);
   }
   doubt_triangles(index, frames, config, out.pairs);

@@ -34,8 +34,9 @@ struct Joining {
   std::uint32_t compared = 0;  // pairs of links
 };
 
-// Which pairs of chains may be joined by their links, and by which.
-Joining join_chains(const GraphIndex& index, const ChainFrames& frames, const JoinConfig& config);
+// Which pairs of chains may be joined by their links, and by which. `frames`, by odometry alone, are bent to the own
+// loops that agree.
+Joining join_chains(const GraphIndex& index, const JoinConfig& config, ChainFrames& frames);
 
 Evidence evidence_of(const GraphIndex& index, const ChainFrames& frames, const std::vector<std::size_t>& links,
                      const JoinConfig& config);

@@ -1,9 +1,6 @@
 #include "pair_links.hpp"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <utility>
 
 #include "link_motion.hpp"
 #include "se3.hpp"
@@ -12,21 +9,10 @@ namespace onemap::mapping {
 
 namespace {
 
-// Of odometry along the ring: from a to a on one chain and from b to b on the other. On one chain the two may share
-// steps, whose errors then cancel or count twice: what each step between the four anchors counts is a sum of signs.
+// Of the chains' own ways along the ring: from a to a on one chain and from b to b on the other.
 Matrix6d of_ways(const ChainFrames& frames, const LinkMotion& p, const LinkMotion& q) {
-  if (!p.own)
-    return frames.between(p.link->a, q.link->a) +
-           p.y_to_x * frames.between(p.link->b, q.link->b) * p.y_to_x.transpose();
-  std::array<std::pair<std::size_t, int>, 4> ends{{{p.link->a, 1}, {p.link->b, -1}, {q.link->a, -1}, {q.link->b, 1}}};
-  std::sort(ends.begin(), ends.end());
-  Matrix6d out = Matrix6d::Zero();
-  int sign = 0;
-  for (std::size_t i = 0; i + 1 < ends.size(); ++i) {
-    sign += ends[i].second;
-    out += sign * sign * frames.between(ends[i].first, ends[i + 1].first);
-  }
-  return out;
+  if (p.own) return frames.of_ring(p.link->a, p.link->b, q.link->a, q.link->b);
+  return frames.between(p.link->a, q.link->a) + p.y_to_x * frames.between(p.link->b, q.link->b) * p.y_to_x.transpose();
 }
 
 bool agree(const ChainFrames& frames, const LinkMotion& p, const LinkMotion& q, double chi2) {

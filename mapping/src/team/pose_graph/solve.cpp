@@ -7,12 +7,13 @@ namespace onemap::mapping {
 
 namespace {
 
-std::vector<SolvedGroup> solve_all(const GraphIndex& index, const std::vector<ChainGroup>& groups,
-                                   const Joining& joining, const InUse& in_use, const PoseGraphConfig& config,
-                                   SolveEffort& effort) {
+std::vector<SolvedGroup> solve_all(const GraphIndex& index, const ChainFrames& frames,
+                                   const std::vector<ChainGroup>& groups, const Joining& joining, const InUse& in_use,
+                                   const PoseGraphConfig& config, SolveEffort& effort) {
   std::vector<SolvedGroup> out;
   out.reserve(groups.size());
-  for (const ChainGroup& group : groups) out.push_back(solve_group(index, group, joining, in_use, config, effort));
+  for (const ChainGroup& group : groups)
+    out.push_back(solve_group(index, frames, group, joining, in_use, config, effort));
   return out;
 }
 
@@ -69,18 +70,18 @@ bool differs(const GraphSolution& now, const GraphSolution& before) {
 
 GraphSolution PoseGraph::solve(const GraphSolution* in_use) const {
   const GraphIndex index = index_of(*this, config_.link_noise);
-  const ChainFrames frames = chain_frames(index);
+  ChainFrames frames = chain_frames(index);
   const InUse before = in_use_of(index, in_use);
-  Joining joining = join_chains(index, frames, config_.join);
+  Joining joining = join_chains(index, config_.join, frames);
   SolveEffort effort{.pairs_compared = joining.compared};
   std::vector<ChainGroup> groups = group_chains(index, joining);
-  std::vector<SolvedGroup> solved = solve_all(index, groups, joining, before, config_, effort);
+  std::vector<SolvedGroup> solved = solve_all(index, frames, groups, joining, before, config_, effort);
   while (true) {  // each time at least one pair less joins
     withdraw_unsupported(index, frames, solved, config_.join, joining);
     std::vector<ChainGroup> regrouped = group_chains(index, joining);
     if (same_groups(groups, regrouped)) break;
     groups = std::move(regrouped);
-    solved = solve_all(index, groups, joining, before, config_, effort);
+    solved = solve_all(index, frames, groups, joining, before, config_, effort);
   }
   GraphSolution out = report(index, joining, solved, before, config_.keep_within_m);
   out.effort = effort;

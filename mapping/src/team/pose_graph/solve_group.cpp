@@ -115,11 +115,12 @@ class Start {
 
 }  // namespace
 
-SolvedGroup solve_group(const GraphIndex& index, const ChainGroup& group, const Joining& joining, const InUse& in_use,
-                        const PoseGraphConfig& config, SolveEffort& effort) {
+SolvedGroup solve_group(const GraphIndex& index, const ChainFrames& frames, const ChainGroup& group,
+                        const Joining& joining, const InUse& in_use, const PoseGraphConfig& config,
+                        SolveEffort& effort) {
   SolvedGroup out{.group = group, .reference = reference_of(index, group, joining, in_use)};
   collect(index, joining, out);
-  PoseProblem problem = problem_of(index, out, start_poses(index, group, joining, in_use, out.reference));
+  PoseProblem problem = problem_of(index, out, start_poses(index, frames, group, joining, in_use, out.reference));
   LeastSquares squares(problem, effort);
   Start start(joining, in_use, out);
   start.trust_tree();

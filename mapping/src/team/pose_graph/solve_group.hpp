@@ -16,7 +16,8 @@ struct SolvedGroup {
   std::vector<double> squared_errors{};  // of these, in sigmas
 };
 
-SolvedGroup solve_group(const GraphIndex& index, const ChainGroup& group, const Joining& joining, const InUse& in_use,
-                        const PoseGraphConfig& config, SolveEffort& effort);
+SolvedGroup solve_group(const GraphIndex& index, const ChainFrames& frames, const ChainGroup& group,
+                        const Joining& joining, const InUse& in_use, const PoseGraphConfig& config,
+                        SolveEffort& effort);
 
 }  // namespace onemap::mapping

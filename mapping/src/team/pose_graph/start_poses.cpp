@@ -13,25 +13,30 @@ struct Shape {
   std::optional<std::uint32_t> component;
 };
 
-Shape shape_of(const GraphIndex& index, const IndexedChain& chain, const InUse& in_use) {
+Shape shape_of(const ChainFrames& frames, const IndexedChain& chain, const InUse& in_use) {
   Shape out;
+  const auto step_to = [&](std::size_t i) {
+    const std::size_t anchor = chain.first + i;
+    return frames.T_chain_anchor[anchor - 1].inverse() * frames.T_chain_anchor[anchor];
+  };
   std::optional<std::size_t> known;  // the first anchor with a pose in use
   for (std::size_t i = 0; i < chain.count; ++i) {
     const auto& placed = in_use.anchors[chain.first + i];
     if (placed && !known) known = i, out.component = placed->component;
-    const Pose& step = index.anchors[chain.first + i]->T_previous_anchor;
-    out.poses.push_back(placed ? from_quantized(placed->pose) : i == 0 ? step : out.poses.back() * step);
+    out.poses.push_back(placed   ? from_quantized(placed->pose)
+                        : i == 0 ? frames.T_chain_anchor[chain.first]
+                                 : out.poses.back() * step_to(i));
     out.poses.back().R = orthonormal(out.poses.back().R);
   }
-  for (std::size_t i = known.value_or(0); i-- > 0;)
-    out.poses[i] = out.poses[i + 1] * index.anchors[chain.first + i + 1]->T_previous_anchor.inverse();
+  for (std::size_t i = known.value_or(0); i-- > 0;) out.poses[i] = out.poses[i + 1] * step_to(i + 1).inverse();
   return out;
 }
 
 class Layout {
  public:
-  Layout(const GraphIndex& index, const ChainGroup& group, const InUse& in_use) : index_(index) {
-    for (std::size_t chain : group.chains) shapes_[chain] = shape_of(index, index.chains[chain], in_use);
+  Layout(const GraphIndex& index, const ChainFrames& frames, const ChainGroup& group, const InUse& in_use)
+      : index_(index) {
+    for (std::size_t chain : group.chains) shapes_[chain] = shape_of(frames, index.chains[chain], in_use);
   }
 
   void lay(std::size_t chain, const Pose& T_map_shape) {
@@ -77,9 +82,9 @@ std::size_t reference_of(const GraphIndex& index, const ChainGroup& group, const
   return index.chains[most_matched(group, joining)].first;
 }
 
-std::vector<Pose> start_poses(const GraphIndex& index, const ChainGroup& group, const Joining& joining,
-                              const InUse& in_use, std::size_t reference) {
-  Layout layout(index, group, in_use);
+std::vector<Pose> start_poses(const GraphIndex& index, const ChainFrames& frames, const ChainGroup& group,
+                              const Joining& joining, const InUse& in_use, std::size_t reference) {
+  Layout layout(index, frames, group, in_use);
   const std::size_t first = index.chain_of[reference];
   const auto frame = layout.shape(first).component;
   for (std::size_t chain : group.chains)

@@ -11,8 +11,9 @@ namespace onemap::mapping {
 std::size_t reference_of(const GraphIndex& index, const ChainGroup& group, const Joining& joining, const InUse& in_use);
 
 // Where the group's anchors are before anything is solved, in their order: as in use, new ones hanging on those before
-// them by odometry; chains that come from elsewhere are laid down by the best link to those that are there.
-std::vector<Pose> start_poses(const GraphIndex& index, const ChainGroup& group, const Joining& joining,
-                              const InUse& in_use, std::size_t reference);
+// them as their chain by itself has them; chains that come from elsewhere are laid down by the best link to those that
+// are there.
+std::vector<Pose> start_poses(const GraphIndex& index, const ChainFrames& frames, const ChainGroup& group,
+                              const Joining& joining, const InUse& in_use, std::size_t reference);
 
 }  // namespace onemap::mapping

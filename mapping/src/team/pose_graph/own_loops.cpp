@@ -1,0 +1,168 @@
+#include "own_loops.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <optional>
+#include <set>
+#include <tuple>
+
+#include "link_motion.hpp"
+#include "se3.hpp"
+
+namespace onemap::mapping {
+
+namespace {
+
+constexpr std::size_t kWitnesses = 5;  // of the loops that were taken, the last ones
+constexpr int kBeginnings = 4;
+
+struct Loop {
+  std::size_t link = 0, early = 0, late = 0;  // of the index
+  Pose T_early_late{};
+  Matrix6d covariance{};  // of small motions at the right of T_early_late
+};
+
+Loop loop_of(const GraphIndex& index, std::size_t link) {
+  const GraphEdge& edge = index.links[link].edge;
+  const Matrix6d at_b = edge.information.llt().solve(Matrix6d::Identity());
+  if (edge.a <= edge.b) return {link, edge.a, edge.b, edge.T_a_b, at_b};
+  const Matrix6d to_a = adjoint(edge.T_a_b);
+  return {link, edge.b, edge.a, edge.T_a_b.inverse(), to_a * at_b * to_a.transpose()};
+}
+
+// Without arc functions, whose last bits are not the same everywhere.
+Matrix3d part_of(const Eigen::Quaterniond& turn, double share) {
+  const Eigen::Quaterniond near(turn.w() < 0 ? Eigen::Vector4d(-turn.coeffs()) : turn.coeffs());
+  return Eigen::Quaterniond(1 - share + share * near.w(), share * near.x(), share * near.y(), share * near.z())
+      .normalized()
+      .toRotationMatrix();
+}
+
+class Walk {
+ public:
+  Walk(const GraphIndex& index, const IndexedChain& chain, double chi2, ChainFrames& frames)
+      : index_(index), chi2_(chi2), frames_(frames), here_(chain.first), bent_(chain.first) {}
+
+  void go_to(std::size_t anchor) {
+    for (; here_ < anchor; ++here_) place(here_ + 1, pose(here_) * index_.anchors[here_ + 1]->T_previous_anchor);
+  }
+  // Nothing: it fits. Else chi square of what it fits least.
+  double misfit(const Loop& loop) const {
+    const double alone = surprise(loop, pose(loop.late), Matrix6d::Zero(), frames_.between(loop.early, loop.late));
+    if (alone > chi2_) return alone;
+    const auto [against, most] = votes(loop, taken_);
+    return 2 * against > taken_.size() + 1 ? most : 0;
+  }
+  // The way since the last one bends to it, evenly.
+  void take(const Loop& loop) {
+    const std::size_t from = std::max(bent_, loop.early);
+    if (loop.late > from) bend(from, loop.late, pose(loop.early) * loop.T_early_late);
+    bent_ = std::max(bent_, loop.late);
+    remember(loop, taken_);
+    others_.clear();
+    in_a_row_ = 0;
+  }
+  // One that was not taken: so many in a row agree, with it, on something else.
+  std::size_t leave(const Loop& loop) {
+    if (2 * votes(loop, others_).first > others_.size()) others_.clear(), in_a_row_ = 0;
+    remember(loop, others_);
+    return ++in_a_row_;
+  }
+
+ private:
+  static void remember(const Loop& loop, std::vector<Loop>& last) {
+    if (last.size() == kWitnesses) last.erase(last.begin());
+    last.push_back(loop);
+  }
+  // How many of them are against it, and the most that it misses one of them by.
+  std::pair<std::size_t, double> votes(const Loop& loop, const std::vector<Loop>& witnesses) const {
+    std::pair<std::size_t, double> out{0, 0};
+    for (const Loop& witness : witnesses) {
+      const double misses = against_witness(loop, witness);
+      out.first += misses > chi2_ ? 1 : 0;
+      out.second = std::max(out.second, misses);
+    }
+    return out;
+  }
+  const Pose& pose(std::size_t anchor) const { return frames_.T_chain_anchor[anchor]; }
+  void place(std::size_t anchor, Pose at) {
+    at.R = orthonormal(at.R);
+    frames_.place(index_, anchor, at);
+  }
+  void bend(std::size_t from, std::size_t to, const Pose& end) {
+    const Pose before = pose(to);
+    const Eigen::Quaterniond turn(Matrix3d(end.R * before.R.transpose()));
+    const Vector3d way = end.t - before.t;
+    for (std::size_t i = from + 1; i <= to; ++i) {
+      const double share = static_cast<double>(i - from) / static_cast<double>(to - from);
+      place(i, {part_of(turn, share) * pose(i).R, pose(i).t + share * way});
+    }
+  }
+  // Of the later end, which the loop has elsewhere than it is expected; unsure: at the right of that pose, and in the
+  // chain's frame.
+  double surprise(const Loop& loop, const Pose& expected, const Matrix6d& unsure, const Matrix6d& of_ways) const {
+    const Vector6d error = motion_error((pose(loop.early) * loop.T_early_late).inverse() * expected);
+    const Matrix6d to_late = adjoint(expected.inverse());
+    return chi_square(error, loop.covariance + unsure + to_late * of_ways * to_late.transpose());
+  }
+  double against_witness(const Loop& loop, const Loop& witness) const {
+    const Pose T_witness_late = pose(witness.late).inverse() * pose(loop.late);
+    const Matrix6d to_late = adjoint(T_witness_late.inverse());
+    return surprise(loop, pose(witness.early) * witness.T_early_late * T_witness_late,
+                    to_late * witness.covariance * to_late.transpose(),
+                    frames_.of_ring(loop.early, loop.late, witness.early, witness.late));
+  }
+
+  const GraphIndex& index_;
+  double chi2_;
+  ChainFrames& frames_;
+  std::size_t here_;                  // so far the way goes
+  std::size_t bent_;                  // and so far it was bent
+  std::vector<Loop> taken_, others_;  // the last ones
+  std::size_t in_a_row_ = 0;          // of others
+};
+
+// Nothing: more of them agree on something else than were taken before; these are left out from now on.
+std::optional<FollowedLoops> follow(const GraphIndex& index, const IndexedChain& chain, const std::vector<Loop>& loops,
+                                    double chi2, bool may_begin_again, std::set<std::size_t>& left_out,
+                                    ChainFrames& frames) {
+  FollowedLoops out;
+  Walk walk(index, chain, chi2, frames);
+  for (const Loop& loop : loops) {
+    walk.go_to(loop.late);
+    const double misfit = walk.misfit(loop);
+    if (misfit == 0 && !left_out.contains(loop.link)) {
+      walk.take(loop);
+      out.agreeing.push_back(loop.link);
+      continue;
+    }
+    out.refused.emplace_back(loop.link, std::max(misfit, chi2));
+    if (left_out.contains(loop.link) || walk.leave(loop) <= out.agreeing.size() || !may_begin_again) continue;
+    left_out.insert(out.agreeing.begin(), out.agreeing.end());
+    return std::nullopt;
+  }
+  walk.go_to(chain.first + chain.count - 1);
+  std::sort(out.agreeing.begin(), out.agreeing.end());
+  return out;
+}
+
+}  // namespace
+
+FollowedLoops follow_loops(const GraphIndex& index, const IndexedChain& chain, const std::vector<std::size_t>& links,
+                           double chi2, ChainFrames& frames) {
+  std::vector<Loop> loops;
+  for (std::size_t link : links) loops.push_back(loop_of(index, link));
+  std::stable_sort(loops.begin(), loops.end(),
+                   [](const Loop& x, const Loop& y) { return std::tie(x.late, x.early) < std::tie(y.late, y.early); });
+  std::set<std::size_t> left_out;
+  for (int begun = 1;; ++begun) {
+    ChainFrames bent = frames;
+    auto out = follow(index, chain, loops, chi2, begun < kBeginnings, left_out, bent);
+    if (!out) continue;
+    frames = std::move(bent);
+    return *std::move(out);
+  }
+}
+
+}  // namespace onemap::mapping
