@@ -16,6 +16,7 @@ constexpr std::uint32_t kFewest = 12;         // features that are alike in a pa
 constexpr std::size_t kLooks = 2;             // closely, for each keyframe
 constexpr int kTriesOfAnchors = 8;            // closely, for each pair of anchors
 constexpr std::ptrdiff_t kKeptOfAnchors = 3;  // more of one view say nothing new
+constexpr double kRecent = 16;                // of a way; of this share of it the newest part keeps more loops
 
 std::pair<std::uint32_t, std::uint32_t> ends(const LinkPair& pair) { return {pair.keyframe_a, pair.keyframe_b}; }
 
@@ -26,10 +27,10 @@ std::size_t least_missed(std::span<const LinkPair> pairs) {
   std::iota(along.begin(), along.end(), std::size_t{0});
   std::ranges::stable_sort(along, {}, [&](std::size_t i) { return pairs[i].keyframe_b; });
   const auto at = [&](std::size_t k) { return static_cast<double>(pairs[along[k]].keyframe_b); };
-  const double newest = at(along.size() - 1);
+  const double newest = at(along.size() - 1), old = std::max(newest / kRecent, double{kNeighbours});
   const auto missed = [&](std::size_t k) {
     const double before = k == 0 ? 0 : at(k - 1), after = k + 1 == along.size() ? newest : at(k + 1);
-    return std::pair{(after - before) / (newest - at(k) + kNeighbours), pairs[along[k]].inliers};
+    return std::pair{(after - before) / std::min(newest - at(k) + kNeighbours, old), pairs[along[k]].inliers};
   };
   std::size_t least = 0;
   for (std::size_t k = 1; k < along.size(); ++k)

@@ -28,30 +28,29 @@ std::vector<NeedlessKeyframes::View> NeedlessKeyframes::views(const TeamMember& 
   return out;
 }
 
-// Of those that stay, the positions that saw again what this one sees.
-std::set<std::uint32_t> NeedlessKeyframes::since(const View& view, const std::vector<View>& kept) {
+// Of those that stay, the positions that saw before what this one sees.
+std::set<std::uint32_t> NeedlessKeyframes::before(const View& view, const std::vector<View>& kept) {
   std::set<std::uint32_t> out;
   const Pose& here = view.T_map_keyframe;
-  const auto sees_it = [&](const View& later) {
-    return later.time >= view.time + kAway && (later.T_map_keyframe.t - here.t).norm() <= kNear_m &&
-           rotation_cosine(here.R.transpose() * later.T_map_keyframe.R) >= kSameWay;
+  const auto saw_it = [&](const View& earlier) {
+    return earlier.time + kAway <= view.time && (earlier.T_map_keyframe.t - here.t).norm() <= kNear_m &&
+           rotation_cosine(here.R.transpose() * earlier.T_map_keyframe.R) >= kSameWay;
   };
-  for (const View& later : kept)
-    if (sees_it(later)) out.insert(static_cast<std::uint32_t>(later.position));
+  for (const View& earlier : kept)
+    if (saw_it(earlier)) out.insert(static_cast<std::uint32_t>(earlier.position));
   return out;
 }
 
-bool NeedlessKeyframes::is_seen_again(const RecordPtr& record, std::size_t position,
-                                      const std::set<std::uint32_t>& since, PlaceIndex& index) {
-  tried_[position] = *since.rbegin();
+bool NeedlessKeyframes::was_seen_before(const RecordPtr& record, const std::set<std::uint32_t>& before,
+                                        PlaceIndex& index) {
   const auto keyframe = decode_keyframe(record->body);
   if (!keyframe) return false;
   const auto places = index.query(keyframe->descriptor_kind, binary_features(*keyframe), 1,
-                                  [&](const PlaceId& id) { return since.contains(id.keyframe); });
+                                  [&](const PlaceId& id) { return before.contains(id.keyframe); });
   return !places.empty() && places.front().features >= kFewestAlike;
 }
 
-// The latest first: what stays speaks for what goes.
+// The earliest first: what stays speaks for what goes.
 std::vector<std::size_t> NeedlessKeyframes::look(const RobotId& self, const TeamMember& own, const SolvedRobot& solved,
                                                  OwnPlaces& places) {
   if (std::exchange(life_, own.incarnation) != own.incarnation) named_.clear(), tried_.clear();
@@ -59,22 +58,28 @@ std::vector<std::size_t> NeedlessKeyframes::look(const RobotId& self, const Team
   const auto is_gone = [&](std::size_t position) { return own.keyframes[position] == nullptr; };
   std::erase_if(named_, is_gone);
   std::erase_if(tried_, [&](const auto& tried) { return is_gone(tried.first); });
-  std::vector<View> all = views(own, solved), kept;
+  std::vector<View> kept;
   std::vector<std::size_t> out;
   std::size_t asked = 0;
-  for (auto view = all.rbegin(); view != all.rend(); ++view) {
-    if (named_.contains(view->position)) continue;
-    const std::set<std::uint32_t> since = NeedlessKeyframes::since(*view, kept);
-    const auto tried = tried_.find(view->position);
-    const bool news = !since.empty() && (tried == tried_.end() || tried->second < *since.rbegin());
-    if (news && asked++ < kMostAsked && is_seen_again(own.keyframes[view->position], view->position, since, index))
-      out.push_back(view->position);
-    else
-      kept.push_back(*view);
+  for (const View& view : views(own, solved)) {
+    if (named_.contains(view.position)) continue;
+    const std::set<std::uint32_t> before = NeedlessKeyframes::before(view, kept);
+    const bool asks = !before.empty() && !is_tried(view.position, before) && asked++ < kMostAsked;
+    if (asks && was_seen_before(own.keyframes[view.position], before, index)) {
+      out.push_back(view.position);
+      continue;
+    }
+    if (asks) tried_[view.position] = {before.size(), *before.rbegin()};
+    kept.push_back(view);
   }
   named_.insert(out.begin(), out.end());
   std::ranges::sort(out);
   return out;
+}
+
+bool NeedlessKeyframes::is_tried(std::size_t position, const std::set<std::uint32_t>& before) const {
+  const auto tried = tried_.find(position);
+  return tried != tried_.end() && tried->second == Tried{before.size(), *before.rbegin()};
 }
 
 KeyframeRecord place_alone(const KeyframeRecord& keyframe) {

@@ -11,8 +11,8 @@
 namespace onemap::mapping {
 
 // Of too many loops the one that is missed least: of pairs of keyframes, of which the later ends are the robot's way,
-// that which leaves the smallest gap for how long ago it is, so that what is new is held by many and what is old by
-// ever fewer. Of those the weakest. There must be one.
+// that which leaves the smallest gap, so that the whole way is held evenly; in the newest sixteenth of it the smallest
+// for how long ago it is, so that where the robot is now is held by more. Of those the weakest. There must be one.
 std::size_t least_missed(std::span<const LinkPair> pairs);
 
 // Finds where this robot came back to a place that it knows: each of its keyframes asks the place index once for

@@ -11,11 +11,12 @@
 
 namespace onemap::mapping {
 
-// Which of this robot's keyframes need not be seen any more, because it has looked from there again: what its log holds
-// of what it saw grows with the area and not with the time. Such a one has a later one, by a minute or more, that is as
-// near as odometry between two keyframes, looks the same way, and has features like it. Where they are follows from the
-// solution, so loops must have been closed. Of each stays its place: the chain of poses stays whole. Used by one
-// thread.
+// Which of this robot's keyframes say nothing that it has not seen before: what its log holds of what it saw grows with
+// the area and not with the time. Such a one has an earlier one, by a minute or more, that is as near as odometry
+// between two keyframes, looks the same way, and has features like it. The earlier one stays, for what comes back to a
+// place is joined to whatever of it is kept: were it the later one, each visit would be joined to the last one alone,
+// and the map would drift from visit to visit. Where they are follows from the solution, so loops must have been
+// closed. Of each that goes stays its place: the chain of poses stays whole. Used by one thread.
 class NeedlessKeyframes {
  public:
   // Positions in the log that were not named before, ascending.
@@ -29,13 +30,18 @@ class NeedlessKeyframes {
     Pose T_map_keyframe;
   };
   static std::vector<View> views(const TeamMember& own, const SolvedRobot& solved);
-  static std::set<std::uint32_t> since(const View& view, const std::vector<View>& kept);
-  bool is_seen_again(const RecordPtr& record, std::size_t position, const std::set<std::uint32_t>& since,
-                     PlaceIndex& index);
+  struct Tried {  // those before it that it was compared with
+    std::size_t count = 0;
+    std::uint32_t last = 0;
+    bool operator==(const Tried&) const = default;
+  };
+  static std::set<std::uint32_t> before(const View& view, const std::vector<View>& kept);
+  static bool was_seen_before(const RecordPtr& record, const std::set<std::uint32_t>& before, PlaceIndex& index);
+  bool is_tried(std::size_t position, const std::set<std::uint32_t>& before) const;
 
   std::uint64_t life_ = 0;
-  std::set<std::size_t> named_;                 // and still there
-  std::map<std::size_t, std::uint32_t> tried_;  // positions, with the last one that each was compared with
+  std::set<std::size_t> named_;         // and still there
+  std::map<std::size_t, Tried> tried_;  // by position
 };
 
 // What remains of a keyframe: its place.
