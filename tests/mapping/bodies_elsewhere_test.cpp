@@ -142,9 +142,10 @@ TEST(TeamMapElsewhere, WhatIsStillInTheMapIsNotLetGo) {
       for (now += 1s; applied < robot.written().size(); ++applied) map.apply(robot.written()[applied], now);
       while (map.step(now)) map.observe(now);
       map.observe(now);
-      for (const TeamRecord& record : map.take_records())
-        shelf.records[robot.write(record.lane, static_cast<std::uint16_t>(record.kind), record.body)->id] =
-            robot.written().back();
+      for (const TeamRecord& record : map.take_records()) {
+        const RecordPtr written = robot.write(record.lane, static_cast<std::uint16_t>(record.kind), record.body);
+        shelf.records[written->id] = written;
+      }
     }
   };
   work();
