@@ -77,7 +77,7 @@ class Pipeline {
   // After join().
   const mapping::LocalMapper& mapper() const { return *mapper_; }
   // All chains', in the first one's frame; bounded.
-  const std::vector<mapping::StampedPose>& poses() const { return way_.poses(); }
+  std::vector<mapping::StampedPose> poses() const { return way_.poses(); }
   std::uint64_t keyframes_published() const { return keyframes_published_; }
   const LatencyHistogram& frame_times() const { return times_.frames(); }  // processor time of this thread
   std::string step_table() const;                                          // for the log: each step's mean and share

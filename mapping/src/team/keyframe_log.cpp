@@ -11,7 +11,6 @@ Status KeyframeLog::add(const RecordPtr& record) {
   if (places_.size() == kMost) return Error{"keyframe record", "this robot has as many as are looked at"};
   const std::size_t position = places_.size();
   sequences_.push_back(record->id.seq);
-  views_.emplace_back();
   places_.emplace_back();
   if (record->dropped) {
     gaps_.push_back(static_cast<std::uint32_t>(position));
@@ -21,7 +20,7 @@ Status KeyframeLog::add(const RecordPtr& record) {
   if (!keyframe) return keyframe.error();
   const KeyframePlace place{keyframe->index, keyframe->anchor, keyframe->T_robot_keyframe, keyframe->time};
   if (!keyframe->features.empty() || keyframe->grid.width > 0) {
-    views_.back() = record;
+    views_.push_back({static_cast<std::uint32_t>(position), record});
     places_.back() = place;
     return success();
   }
@@ -44,8 +43,16 @@ void KeyframeLog::replace(std::size_t position, const KeyframePlace& place) {
   std::erase(gaps_, position);
   if (std::ranges::find(replaced_, position) == replaced_.end())
     replaced_.push_back(static_cast<std::uint32_t>(position));
-  if (views_[position] != nullptr) unread_.push_back(views_[position]->id);
-  views_[position].reset();
+  const auto view = std::ranges::lower_bound(views_, position, {}, &View::position);
+  if (view == views_.end() || view->position != position) return;
+  unread_.push_back(view->record->id);
+  views_.erase(view);
+}
+
+const RecordPtr& KeyframeLog::operator[](std::size_t i) const {
+  static const RecordPtr kNone;
+  const auto view = std::ranges::lower_bound(views_, i, {}, &View::position);
+  return view != views_.end() && view->position == i ? view->record : kNone;
 }
 
 std::vector<KeyframePlace> KeyframeLog::chain() const {

@@ -18,7 +18,7 @@ Status SubmapLog::add(const RecordPtr& record) {
   if (header->blocks > 0)  // one that only names another holds nothing
     good.place.record = heads_alone_ ? head_alone(*record) : record;
   good.place.anchor = header->anchor_keyframe;
-  good.place.blocks = header->blocks;
+  good.place.blocks = static_cast<std::uint32_t>(header->blocks);
   return success();
 }
 

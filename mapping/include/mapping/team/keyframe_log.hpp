@@ -35,7 +35,7 @@ class KeyframeLog {
   std::size_t size() const { return places_.size(); }
   bool empty() const { return places_.empty(); }
   // nullptr: nothing that it saw can be read here.
-  const RecordPtr& operator[](std::size_t i) const { return views_[i]; }
+  const RecordPtr& operator[](std::size_t i) const;
   // By position; unknown where the record is malformed, only repeats the place of another, or has no body and what
   // remains of it did not come yet.
   const std::vector<KeyframePlace>& places() const { return places_; }
@@ -52,11 +52,15 @@ class KeyframeLog {
   std::vector<RecordId> let_go();
 
  private:
+  struct View {
+    std::uint32_t position = 0;
+    RecordPtr record;
+  };
   void replace(std::size_t position, const KeyframePlace& place);
   std::size_t position_of(std::uint32_t sequence, std::size_t before) const;  // `before`: there is none
 
   std::vector<std::uint32_t> sequences_;  // in the log, of each position
-  std::vector<RecordPtr> views_;
+  std::vector<View> views_;               // that are there, by position
   std::vector<KeyframePlace> places_;
   std::vector<std::uint32_t> gaps_;      // positions of heads alone, whose places did not come yet
   std::vector<std::uint32_t> replaced_;  // positions

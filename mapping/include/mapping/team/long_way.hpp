@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -8,30 +9,30 @@
 namespace onemap::mapping {
 
 // The poses of a way that may have no end, in bounded memory: when there are too many, of all every second one is kept,
-// then every fourth, ...
+// then every fourth, ... Each is held as what it differs by from going on evenly, some 20 bytes of 36; nothing is lost.
 class LongWay {
  public:
   explicit LongWay(std::size_t most) : most_(most) {}
 
-  void add(const StampedPose& pose) {
-    if (added_++ % each_ != 0) return;
-    if (poses_.size() >= most_) thin();
-    if ((added_ - 1) % each_ == 0) poses_.push_back(pose);
-  }
-  const std::vector<StampedPose>& poses() const { return poses_; }
+  void add(const StampedPose& pose);
+  std::vector<StampedPose> poses() const;
+  std::size_t size() const { return packed_.size; }
+  std::size_t bytes() const { return packed_.bytes.size(); }  // that they take
   std::uint64_t added() const { return added_; }
   std::uint64_t each() const { return each_; }  // of so many one is kept
 
  private:
-  void thin() {
-    const std::size_t kept = (poses_.size() + 1) / 2;
-    for (std::size_t i = 1; i < kept; ++i) poses_[i] = poses_[2 * i];
-    poses_.resize(kept);
-    each_ *= 2;
-  }
+  using Fields = std::array<std::uint64_t, 8>;  // time, position, rotation, modulo 2^64
+  struct Packed {
+    std::vector<std::uint8_t> bytes;
+    std::size_t size = 0;
+    Fields last{}, before{};
+    void push(const StampedPose& pose);
+  };
+  void thin();
 
   std::size_t most_;
-  std::vector<StampedPose> poses_;
+  Packed packed_;
   std::uint64_t added_ = 0, each_ = 1;
 };
 

@@ -13,7 +13,7 @@ struct SubmapPlace {
   RecordPtr record;            // perhaps its head alone; nullptr: it is malformed, without blocks, or its body is gone
   std::uint32_t sequence = 0;  // in its log
   std::uint32_t anchor = 0;    // the keyframe in whose frame they lie
-  std::size_t blocks = 0;
+  std::uint32_t blocks = 0;
 };
 
 // The voxel records of one life of a robot, in the order of their log, each with its place, whatever it is worth: its

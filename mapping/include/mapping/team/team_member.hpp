@@ -24,7 +24,7 @@ namespace onemap::mapping {
 // Where the store is on a disk, voxels stay there.
 struct TeamMember {
   static constexpr std::size_t kMaxLinks = 512, kMaxRulings = 512;  // beyond: refused
-  static constexpr std::size_t kMostPoses = 1u << 18;               // 10 MB; of a longer way fewer are kept
+  static constexpr std::size_t kMostPoses = 1u << 18;               // 5.5 MB; of a longer way fewer are kept
 
   std::uint64_t incarnation = 0;  // of the life that these records are from
   std::string name, camera;       // no name: no valid Hello yet, so this life does not count; camera is printable
