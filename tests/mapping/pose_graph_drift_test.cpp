@@ -119,5 +119,30 @@ TEST_F(DriftingWay, WhoWasWrongFirstIsOutvoted) {
   EXPECT_LT(worst_m(solution), 0.05);
 }
 
+// Another robot on the same way, whose odometry drifts to the other side: over what both have walked by now their links
+// would contradict each other.
+TEST_F(DriftingWay, LinksOfTwoSuchRobotsAgreeAllAlong) {
+  add_right(kRound, kAnchors);
+  PoseGraph both = graph();
+  const ChainId other{RobotId::from_name("b"), 1};
+  std::vector<ChainAnchor> way = chain;
+  for (std::uint32_t i = 1; i < kAnchors; ++i) {
+    const Pose step = truth(i - 1).inverse() * truth(i);
+    way[i].T_previous_anchor = step * (step.inverse() * chain[i].T_previous_anchor).inverse();
+  }
+  ASSERT_TRUE(both.set_chain(other, way));
+  for (const GraphLink& own : loops) {
+    GraphLink theirs = own;
+    theirs.a.chain = theirs.b.chain = other;
+    ASSERT_TRUE(both.set_link(theirs));
+  }
+  constexpr std::uint32_t kEach = 20;
+  for (std::uint32_t i = 0; i < kAnchors; i += kEach)
+    ASSERT_TRUE(both.set_link({{id, i, i, {}}, {other, i, i, {}}, noise(0.005, 0.01)}));
+  const GraphSolution solution = both.solve();
+  ASSERT_EQ(solution.pairs.size(), 3u);
+  EXPECT_GE(solution.pairs[1].agree, kAnchors / kEach * 95 / 100);
+}
+
 }  // namespace
 }  // namespace onemap::mapping
