@@ -115,6 +115,35 @@ TEST(Exposure, ItsGainIsBounded) {
   EXPECT_EQ(exposure.evened(rgb).data(), rgb.data()) << "near one it is one";
 }
 
+// What is clipped is at least as bright as it says: darkened, a white wall would be grey.
+TEST(Exposure, WhiteStaysWhiteAndTheOrderOfBrightnessIsKept) {
+  std::vector<std::uint8_t> greys;  // each
+  for (int i = 0; i < 256; ++i) greys.insert(greys.end(), 3, static_cast<std::uint8_t>(i));
+  for (const int ratio : {128, 180, 220, 300, 512}) {
+    Exposure exposure(256);
+    exposure.measured(ratio);
+    const auto evened = exposure.evened(greys);
+    EXPECT_EQ(evened[3 * 255], 255) << ratio;
+    EXPECT_EQ(evened[0], 0) << ratio;
+    EXPECT_EQ(evened[3 * 100], (100 * ratio + 128) / 256) << ratio;
+    for (std::size_t i = 3; i < greys.size(); ++i) {
+      EXPECT_GE(evened[i], evened[i - 3]) << ratio << " at " << i / 3;
+      EXPECT_LE(evened[i], evened[i - 3] + 5) << ratio << " at " << i / 3;
+    }
+  }
+}
+
+TEST(Exposure, ABrightPixelKeepsItsColour) {
+  Exposure exposure(2);
+  exposure.measured(128);
+  const auto evened = exposure.evened(std::vector<std::uint8_t>{100, 150, 250, 100, 150, 200});
+  const double of_bright = evened[2];
+  EXPECT_GT(of_bright, 200);
+  EXPECT_NEAR(evened[0] / of_bright, 0.4, 0.005);
+  EXPECT_NEAR(evened[1] / of_bright, 0.6, 0.005);
+  EXPECT_THAT(std::vector(evened.begin() + 3, evened.end()), testing::ElementsAre(50, 75, 100));
+}
+
 TEST(Exposure, SaysHowMuchBrighterTheMapIs) {
   const auto frames = walk_with({1.0, 0.5});
   const RayTable rays(frames[0].intrinsics);

@@ -18,6 +18,7 @@ constexpr int kBrightest = 250, kLeastSum = 60;
 constexpr int kSteady = kOne / 8;     // what vignetting and shine do to the median stays below it
 constexpr int kMostRatio = 4 * kOne;  // that is told from more
 constexpr int kLeastGain = kOne / 2, kMostGain = 2 * kOne;
+constexpr int kWhite = 255, kShoulder = 220;  // from there on what is darkened leads back to white
 
 // The colour of the map at a place, the sum of its channels; 0: none.
 int map_colour(const VoxelMap& map, const Vector3d& p) {
@@ -30,6 +31,16 @@ int map_colour(const VoxelMap& map, const Vector3d& p) {
   const Voxel& voxel = block[((at[2] & kLow) * kBlockSide + (at[1] & kLow)) * kBlockSide + (at[0] & kLow)];
   if (voxel.color_weight == 0) return 0;
   return (voxel.rgb_sum[0] + voxel.rgb_sum[1] + voxel.rgb_sum[2]) / static_cast<int>(voxel.color_weight);
+}
+
+int scaled(int value, int gain) { return std::min((value * gain + kOne / 2) / kOne, kWhite); }
+
+// A clipped channel does not say how bright it was: darkened, a white wall would be grey wherever the camera saw it
+// over-exposed, with an edge to where it did not.
+int evened_brightest(int value, int gain) {
+  if (gain >= kOne || value <= kShoulder) return scaled(value, gain);
+  const int below = scaled(kShoulder, gain);
+  return below + ((kWhite - below) * (value - kShoulder) + (kWhite - kShoulder) / 2) / (kWhite - kShoulder);
 }
 
 }  // namespace
@@ -68,13 +79,26 @@ void Exposure::measured(std::optional<int> ratio) {
   if (ratio) gain_ = std::abs(*ratio - kOne) <= kSteady ? kOne : std::clamp(*ratio, kLeastGain, kMostGain);
 }
 
+// The other channels of a bright pixel go as its brightest one does, so that it keeps its colour.
+void Exposure::keep_white(std::span<const std::uint8_t> rgb) {
+  std::array<int, kWhite + 1> to{};
+  for (int i = 0; i <= kWhite; ++i) to[static_cast<std::size_t>(i)] = evened_brightest(i, gain_);
+  for (std::size_t i = 0; i + 2 < rgb.size(); i += 3) {
+    const int brightest = std::max({rgb[i], rgb[i + 1], rgb[i + 2]});
+    if (brightest <= kShoulder) continue;
+    const int evened = to[static_cast<std::size_t>(brightest)];
+    for (std::size_t k = i; k < i + 3; ++k)
+      evened_[k] = static_cast<std::uint8_t>((rgb[k] * evened + brightest / 2) / brightest);
+  }
+}
+
 std::span<const std::uint8_t> Exposure::evened(std::span<const std::uint8_t> rgb) {
   if (gain_ == kOne) return rgb;
-  std::array<std::uint8_t, 256> to{};
-  for (int i = 0; i < 256; ++i)
-    to[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(std::min((i * gain_ + kOne / 2) / kOne, 255));
+  std::array<std::uint8_t, kWhite + 1> to{};
+  for (int i = 0; i <= kWhite; ++i) to[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(scaled(i, gain_));
   evened_.resize(rgb.size());
   std::ranges::transform(rgb, evened_.begin(), [&](std::uint8_t value) { return to[value]; });
+  if (gain_ < kOne) keep_white(rgb);
   return evened_;
 }
 

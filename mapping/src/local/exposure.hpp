@@ -26,11 +26,13 @@ class Exposure {
   // ratio: as brightness_ratio() says; nullopt: as the frame before.
   void measured(std::optional<int> ratio);
   int gain() const { return gain_; }  // in 256ths
-  // The image with the gain on it: itself, or one that is good until the next call.
+  // The image with the gain on it, white staying white: itself, or one that is good until the next call.
   std::span<const std::uint8_t> evened(std::span<const std::uint8_t> rgb);
   std::size_t bytes() const { return evened_.capacity(); }
 
  private:
+  void keep_white(std::span<const std::uint8_t> rgb);
+
   int gain_ = 256;
   std::vector<std::uint8_t> evened_;
 };
