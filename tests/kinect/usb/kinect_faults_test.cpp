@@ -66,7 +66,8 @@ TEST(KinectFaults, PulledOutWhileItIsOpenedAgainItComesBackAllTheSame) {
     ASSERT_EQ(grab_past(camera, frame, Grab::timeout), Grab::gone) << step;
     kinect.plug();
     kinect.pull_out_at(step);
-    for (int i = 0; i < 5; ++i) ASSERT_EQ(camera.grab(frame, 20ms), Grab::gone) << step;
+    // Gone, or opened to the end before the pull was noticed.
+    for (int i = 0; i < 5; ++i) ASSERT_NE(camera.grab(frame, 20ms), Grab::frame) << step;
   }
   kinect.unplug();
   kinect.plug();

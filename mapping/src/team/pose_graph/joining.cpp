@@ -131,7 +131,7 @@ Groups find_own_groups(const GraphIndex& index, const JoinConfig& config, const 
     const Links near = within_odometry(index, by_itself, pair.links, config.chi2);
     const Links links = best_by_inliers(index, near, config.links_compared);
     joining.compared += pairs_among(links.size());
-    const Groups by_odometry = find_groups(index, by_itself, config, links, true);
+    Groups by_odometry = find_groups(index, by_itself, config, links, true);
     if (by_odometry.agreeing.size() > followed.agreeing.size()) {
       for (std::size_t link : pair.links)
         if (!std::ranges::binary_search(near, link))

@@ -152,6 +152,7 @@ std::optional<FollowedLoops> follow(const GraphIndex& index, const IndexedChain&
 FollowedLoops follow_loops(const GraphIndex& index, const IndexedChain& chain, const std::vector<std::size_t>& links,
                            double chi2, ChainFrames& frames) {
   std::vector<Loop> loops;
+  loops.reserve(links.size());
   for (std::size_t link : links) loops.push_back(loop_of(index, link));
   std::stable_sort(loops.begin(), loops.end(),
                    [](const Loop& x, const Loop& y) { return std::tie(x.late, x.early) < std::tie(y.late, y.early); });
