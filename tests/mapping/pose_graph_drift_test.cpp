@@ -107,6 +107,7 @@ TEST_F(DriftingWay, APlaceThatLooksLikeAnotherIsNoneHoweverOftenItIsSeen) {
   add_right(22 * kRound + 5, kAnchors);
   const GraphSolution solution = graph().solve();
   expect_right_alone_used(solution);
+  EXPECT_EQ(solution.pairs.at(0).agree, right.size());
   EXPECT_LT(worst_m(solution), 0.06) << "sixty steps without a loop";
 }
 
@@ -116,6 +117,7 @@ TEST_F(DriftingWay, WhoWasWrongFirstIsOutvoted) {
     loops.push_back(loop(later - kRound, later, Pose{Matrix3d::Identity(), {0, 0.5, 0}} * noise(0.001, 0.001)));
   add_right(kRound + 4, kAnchors);
   const GraphSolution solution = graph().solve();
+  EXPECT_GE(solution.pairs.at(0).agree, right.size() - 5);
   EXPECT_LT(worst_m(solution), 0.05);
 }
 
