@@ -3,8 +3,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <optional>
-#include <set>
 #include <tuple>
 
 #include "link_motion.hpp"
@@ -15,7 +13,6 @@ namespace onemap::mapping {
 namespace {
 
 constexpr std::size_t kWitnesses = 5;  // of the loops that were taken, the last ones
-constexpr int kBeginnings = 4;
 
 struct Loop {
   std::size_t link = 0, early = 0, late = 0;  // of the index
@@ -51,7 +48,7 @@ class Walk {
   double misfit(const Loop& loop) const {
     const double alone = surprise(loop, pose(loop.late), Matrix6d::Zero(), frames_.between(loop.early, loop.late));
     if (alone > chi2_) return alone;
-    const auto [against, most] = votes(loop, taken_);
+    const auto [against, most] = votes(loop);
     return 2 * against > taken_.size() + 1 ? most : 0;
   }
   // The way since the last one bends to it, evenly.
@@ -59,26 +56,15 @@ class Walk {
     const std::size_t from = std::max(bent_, loop.early);
     if (loop.late > from) bend(from, loop.late, pose(loop.early) * loop.T_early_late);
     bent_ = std::max(bent_, loop.late);
-    remember(loop, taken_);
-    others_.clear();
-    in_a_row_ = 0;
-  }
-  // One that was not taken: so many in a row agree, with it, on something else.
-  std::size_t leave(const Loop& loop) {
-    if (2 * votes(loop, others_).first > others_.size()) others_.clear(), in_a_row_ = 0;
-    remember(loop, others_);
-    return ++in_a_row_;
+    if (taken_.size() == kWitnesses) taken_.erase(taken_.begin());
+    taken_.push_back(loop);
   }
 
  private:
-  static void remember(const Loop& loop, std::vector<Loop>& last) {
-    if (last.size() == kWitnesses) last.erase(last.begin());
-    last.push_back(loop);
-  }
-  // How many of them are against it, and the most that it misses one of them by.
-  std::pair<std::size_t, double> votes(const Loop& loop, const std::vector<Loop>& witnesses) const {
+  // How many of the last ones are against it, and the most that it misses one of them by.
+  std::pair<std::size_t, double> votes(const Loop& loop) const {
     std::pair<std::size_t, double> out{0, 0};
-    for (const Loop& witness : witnesses) {
+    for (const Loop& witness : taken_) {
       const double misses = against_witness(loop, witness);
       out.first += misses > chi2_ ? 1 : 0;
       out.second = std::max(out.second, misses);
@@ -117,35 +103,10 @@ class Walk {
   const GraphIndex& index_;
   double chi2_;
   ChainFrames& frames_;
-  std::size_t here_;                  // so far the way goes
-  std::size_t bent_;                  // and so far it was bent
-  std::vector<Loop> taken_, others_;  // the last ones
-  std::size_t in_a_row_ = 0;          // of others
+  std::size_t here_;         // so far the way goes
+  std::size_t bent_;         // and so far it was bent
+  std::vector<Loop> taken_;  // the last ones
 };
-
-// Nothing: more of them agree on something else than were taken before; these are left out from now on.
-std::optional<FollowedLoops> follow(const GraphIndex& index, const IndexedChain& chain, const std::vector<Loop>& loops,
-                                    double chi2, bool may_begin_again, std::set<std::size_t>& left_out,
-                                    ChainFrames& frames) {
-  FollowedLoops out;
-  Walk walk(index, chain, chi2, frames);
-  for (const Loop& loop : loops) {
-    walk.go_to(loop.late);
-    const double misfit = walk.misfit(loop);
-    if (misfit == 0 && !left_out.contains(loop.link)) {
-      walk.take(loop);
-      out.agreeing.push_back(loop.link);
-      continue;
-    }
-    out.refused.emplace_back(loop.link, std::max(misfit, chi2));
-    if (left_out.contains(loop.link) || walk.leave(loop) <= out.agreeing.size() || !may_begin_again) continue;
-    left_out.insert(out.agreeing.begin(), out.agreeing.end());
-    return std::nullopt;
-  }
-  walk.go_to(chain.first + chain.count - 1);
-  std::sort(out.agreeing.begin(), out.agreeing.end());
-  return out;
-}
 
 }  // namespace
 
@@ -156,14 +117,20 @@ FollowedLoops follow_loops(const GraphIndex& index, const IndexedChain& chain, c
   for (std::size_t link : links) loops.push_back(loop_of(index, link));
   std::stable_sort(loops.begin(), loops.end(),
                    [](const Loop& x, const Loop& y) { return std::tie(x.late, x.early) < std::tie(y.late, y.early); });
-  std::set<std::size_t> left_out;
-  for (int begun = 1;; ++begun) {
-    ChainFrames bent = frames;
-    auto out = follow(index, chain, loops, chi2, begun < kBeginnings, left_out, bent);
-    if (!out) continue;
-    frames = std::move(bent);
-    return *std::move(out);
+  FollowedLoops out;
+  Walk walk(index, chain, chi2, frames);
+  for (const Loop& loop : loops) {
+    walk.go_to(loop.late);
+    if (const double misfit = walk.misfit(loop); misfit > 0) {
+      out.refused.emplace_back(loop.link, misfit);
+      continue;
+    }
+    walk.take(loop);
+    out.agreeing.push_back(loop.link);
   }
+  walk.go_to(chain.first + chain.count - 1);
+  std::sort(out.agreeing.begin(), out.agreeing.end());
+  return out;
 }
 
 }  // namespace onemap::mapping

@@ -15,8 +15,8 @@ struct FollowedLoops {
 // Walks along a chain and takes its loops in the order of their later ends. Each must fit where the way, bent by those
 // that were taken before it, has its two ends, and half of the last few of those; then the way is bent to it, evenly
 // since the one before. Odometry drifts to one side and not at random, so over a long way it would rule out what is
-// right: here it is asked only for the way since the last loop. When more loops in a row agree on something else than
-// were taken so far, these were wrong, and it begins again without them. `frames`: that chain's are bent.
+// right: here it is asked only for the way since the last loop. The farther away the last ones are, the less they say:
+// so some that were wrong do not outvote for long what is right. `frames`: that chain's are bent.
 FollowedLoops follow_loops(const GraphIndex& index, const IndexedChain& chain, const std::vector<std::size_t>& links,
                            double chi2, ChainFrames& frames);
 
