@@ -71,8 +71,13 @@ NormalEquations::Step NormalEquations::step() const {
 std::optional<Matrix6d> NormalEquations::covariance(const Pair& edge, const Linearised& at) const {
   if (!cholesky_) return std::nullopt;
   std::vector<BlockCholesky::Row> rows;
-  if (edge.first != kFixed) rows.push_back({edge.first, at.J_a.transpose()});
-  if (edge.second != kFixed) rows.push_back({edge.second, at.J_b.transpose()});
+  const auto add = [&](std::size_t row,
+                       const Matrix6d& J) {  // a block as it is made is one too many for GCC's sanitizers
+    const Matrix6d block = J.transpose();
+    if (row != kFixed) rows.push_back({row, block});
+  };
+  add(edge.first, at.J_a);
+  add(edge.second, at.J_b);
   return cholesky_->inverse_between(rows);
 }
 
