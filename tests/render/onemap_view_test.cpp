@@ -191,6 +191,11 @@ TEST_F(OnemapView, compares_two_maps_and_puts_maps_beside_each_other) {
                  (folder_ / "c.png"));
   ASSERT_EQ(ran.status, 0) << ran.output;
   EXPECT_NE(ran.output.find("median 20.0 mm"), std::string::npos) << ran.output;
+  EXPECT_EQ(ran.output.find("in one frame?"), std::string::npos) << ran.output;
+  ran = view((folder_ / "moved.ply") + " --compare " + (folder_ / "floor.ply") +
+             " --compare-limit 0.01 --size 320x240" + " --png " + (folder_ / "c.png"));
+  ASSERT_EQ(ran.status, 0) << ran.output;
+  EXPECT_NE(ran.output.find("in one frame?"), std::string::npos) << ran.output;
   ran = view((folder_ / "room.glb") + " --beside " + (folder_ / "floor.ply") + " " + (folder_ / "moved.ply") +
              " --size 600x200 --png " + (folder_ / "three.png"));
   ASSERT_EQ(ran.status, 0) << ran.output;

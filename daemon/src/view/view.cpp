@@ -184,6 +184,9 @@ Status compare(const ViewOptions& o, render::Scene& scene) {
   const auto s = render::summary(distances, o.compare_limit_m);
   fmt::print("distance from {}: median {:.1f} mm, 95 % within {:.1f} mm, {:.1f} % beyond {:.0f} mm\n",
              printable(o.compare), 1e3f * s.median_m, 1e3f * s.p95_m, 100 * s.beyond, 1e3f * o.compare_limit_m);
+  if (s.beyond > 0.5f)
+    fmt::print("most of {} is farther from it than --compare-limit: are both of one place, and in one frame?\n",
+               printable(o.map));
   return success();
 }
 
