@@ -10,8 +10,8 @@ constexpr unsigned kBits = 7;  // of a byte; the eighth says that more follow
 constexpr std::uint64_t kMore = 1u << kBits;
 
 // Small numbers of either sign become small ones.
-std::uint64_t folded(std::uint64_t difference) { return difference << 1 ^ (0 - (difference >> 63)); }
-std::uint64_t unfolded(std::uint64_t code) { return code >> 1 ^ (0 - (code & 1)); }
+std::uint64_t zigzag64(std::uint64_t difference) { return difference << 1 ^ (0 - (difference >> 63)); }
+std::uint64_t unzigzag64(std::uint64_t code) { return code >> 1 ^ (0 - (code & 1)); }
 
 void put(std::uint64_t code, std::vector<std::uint8_t>& out) {
   for (; code >= kMore; code >>= kBits) out.push_back(static_cast<std::uint8_t>(code | kMore));
@@ -32,7 +32,7 @@ void LongWay::Packed::push(const StampedPose& pose) {
   Fields now{static_cast<std::uint64_t>(pose.time.time_since_epoch().count())};
   for (std::size_t i = 0; i < 3; ++i) now[1 + i] = static_cast<std::uint64_t>(pose.T_robot_camera.t_10um[i]);
   for (std::size_t i = 0; i < 4; ++i) now[4 + i] = static_cast<std::uint64_t>(pose.T_robot_camera.q_wxyz[i]);
-  for (std::size_t i = 0; i < now.size(); ++i) put(folded(now[i] - (2 * last[i] - before[i])), bytes);
+  for (std::size_t i = 0; i < now.size(); ++i) put(zigzag64(now[i] - (2 * last[i] - before[i])), bytes);
   before = std::exchange(last, now);
   ++size;
 }
@@ -43,7 +43,7 @@ std::vector<StampedPose> LongWay::poses() const {
   const std::uint8_t* at = packed_.bytes.data();
   for (StampedPose& pose : out) {
     Fields now{};
-    for (std::size_t i = 0; i < now.size(); ++i) now[i] = unfolded(take(at)) + (2 * last[i] - before[i]);
+    for (std::size_t i = 0; i < now.size(); ++i) now[i] = unzigzag64(take(at)) + (2 * last[i] - before[i]);
     before = std::exchange(last, now);
     pose.time = frame_time_from_ns(static_cast<std::int64_t>(now[0]));
     for (std::size_t i = 0; i < 3; ++i) pose.T_robot_camera.t_10um[i] = static_cast<std::int32_t>(now[1 + i]);

@@ -1,11 +1,11 @@
 #include "own_loops.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <tuple>
 
 #include "link_motion.hpp"
+#include "mapping/team/placed_anchors.hpp"
 #include "se3.hpp"
 
 namespace onemap::mapping {
@@ -26,14 +26,6 @@ Loop loop_of(const GraphIndex& index, std::size_t link) {
   if (edge.a <= edge.b) return {link, edge.a, edge.b, edge.T_a_b, at_b};
   const Matrix6d to_a = adjoint(edge.T_a_b);
   return {link, edge.b, edge.a, edge.T_a_b.inverse(), to_a * at_b * to_a.transpose()};
-}
-
-// Without arc functions, whose last bits are not the same everywhere.
-Matrix3d part_of(const Eigen::Quaterniond& turn, double share) {
-  const Eigen::Quaterniond near(turn.w() < 0 ? Eigen::Vector4d(-turn.coeffs()) : turn.coeffs());
-  return Eigen::Quaterniond(1 - share + share * near.w(), share * near.x(), share * near.y(), share * near.z())
-      .normalized()
-      .toRotationMatrix();
 }
 
 class Walk {
@@ -78,11 +70,11 @@ class Walk {
   }
   void bend(std::size_t from, std::size_t to, const Pose& end) {
     const Pose before = pose(to);
-    const Eigen::Quaterniond turn(Matrix3d(end.R * before.R.transpose()));
+    const Matrix3d turn = end.R * before.R.transpose();
     const Vector3d way = end.t - before.t;
     for (std::size_t i = from + 1; i <= to; ++i) {
       const double share = static_cast<double>(i - from) / static_cast<double>(to - from);
-      place(i, {part_of(turn, share) * pose(i).R, pose(i).t + share * way});
+      place(i, between(pose(i), {turn * pose(i).R, pose(i).t + way}, share));
     }
   }
   // Of the later end, which the loop has elsewhere than it is expected; unsure: at the right of that pose, and in the
