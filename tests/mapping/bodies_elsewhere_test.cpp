@@ -71,9 +71,10 @@ TEST_F(BodiesElsewhere, AreNotHeldAndMakeTheSameMap) {
   fuse(solution_of(robot));
   EXPECT_EQ(fusion.digest(), held_in_memory(solution_of(robot)));
   EXPECT_EQ(shelf.reads, 3u);
-  for (const SubmapPlace& place : {log.find(robot.chain())->submaps[0], log.find(robot.chain())->submaps[2]}) {
-    ASSERT_NE(place.record, nullptr);
-    EXPECT_TRUE(place.record->body.empty());
+  for (const std::size_t position : {0u, 2u}) {
+    const SubmapPlace* place = log.find(robot.chain())->submaps.find(position);
+    ASSERT_NE(place, nullptr);
+    EXPECT_TRUE(place->record->body.empty());
   }
   fuse(solution_of(robot, 3000));
   EXPECT_EQ(fusion.digest(), held_in_memory(solution_of(robot, 3000)));

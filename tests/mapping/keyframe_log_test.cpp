@@ -25,7 +25,7 @@ KeyframeRecord keyframe(std::uint32_t index) {
   return out;
 }
 
-std::vector<std::uint32_t> indices(const std::vector<KeyframePlace>& places) {
+std::vector<std::uint32_t> indices(const auto& places) {
   std::vector<std::uint32_t> out;
   for (const KeyframePlace& place : places) out.push_back(place.index);
   return out;
@@ -53,8 +53,10 @@ struct KeyframeLogTest : testing::Test {
 TEST_F(KeyframeLogTest, WhatRemainsStandsWhereItsKeyframeStood) {
   KeyframeLog log = of(author.written());
   EXPECT_EQ(log.size(), 4u);
-  EXPECT_THAT(indices(log.places()), ElementsAre(0, 1, 2, KeyframePlace::kUnknown));
+  EXPECT_THAT(indices(log.places()), ElementsAre(0, 1, 2));
   EXPECT_THAT(indices(log.chain()), ElementsAre(0, 1, 2));
+  EXPECT_EQ(log.place(3), nullptr) << "it stands where its keyframe stood";
+  EXPECT_EQ(log.places()[1].position, 1u);
   EXPECT_EQ(log.places()[1].T_robot_keyframe, test::two_metres_each(1));
   EXPECT_EQ(log.places()[1].time, FrameTime{} + 1s);
   EXPECT_NE(log[0], nullptr);
@@ -69,7 +71,7 @@ TEST_F(KeyframeLogTest, WithoutTheBodyItsPlaceIsWaitedFor) {
   std::vector<RecordPtr> records = late();
   records.pop_back();
   KeyframeLog log = of(records);
-  EXPECT_THAT(indices(log.places()), ElementsAre(0, KeyframePlace::kUnknown, 2));
+  EXPECT_THAT(indices(log.places()), ElementsAre(0, 2));
   EXPECT_TRUE(log.is_whole(1));
   EXPECT_FALSE(log.is_whole(2));
   EXPECT_EQ(log.most_whole(), 1u);
@@ -79,7 +81,11 @@ TEST_F(KeyframeLogTest, WithoutTheBodyItsPlaceIsWaitedFor) {
   EXPECT_THAT(log.let_go(), IsEmpty()) << "there was nothing to let go";
   const KeyframeLog whole = of(author.written());
   EXPECT_EQ(indices(log.places()), indices(whole.places()));
-  EXPECT_EQ(log.places()[1].T_robot_keyframe, whole.places()[1].T_robot_keyframe);
+  for (std::size_t i = 0; i < 3; ++i) {
+    ASSERT_NE(log.place(i), nullptr);
+    EXPECT_EQ(log.place(i)->T_robot_keyframe, whole.place(i)->T_robot_keyframe);
+    EXPECT_EQ(log.place(i)->gone, i == 1);
+  }
 }
 
 TEST_F(KeyframeLogTest, ARobotWithoutTheBodiesMakesTheSameMap) {

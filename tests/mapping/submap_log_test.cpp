@@ -15,8 +15,7 @@ using testing::IsEmpty;
 
 std::vector<std::size_t> counting(const SubmapLog& log, std::size_t extent) {
   std::vector<std::size_t> out;
-  for (std::size_t i = 0; i < log.size(); ++i)
-    if (log.counts(i, extent)) out.push_back(i);
+  log.for_each_of(extent, [&](const SubmapPlace& place) { out.push_back(place.position); });
   return out;
 }
 
@@ -41,7 +40,6 @@ TEST_F(SubmapLogTest, AMapHasNotWhatALaterOneOfItsRecordsReplaces) {
   EXPECT_THAT(counting(log, 2), ElementsAre(0, 1));
   EXPECT_THAT(counting(log, 3), ElementsAre(1, 2));
   EXPECT_THAT(counting(log, 4), ElementsAre(1, 2, 3));
-  EXPECT_EQ(log.replaced(), 1u);
   EXPECT_EQ(log.most_whole(), 4u);
 }
 
@@ -50,7 +48,7 @@ TEST_F(SubmapLogTest, ABodyIsLetGoWhenNoMapNeedsIt) {
   EXPECT_THAT(log.let_go(2), IsEmpty()) << "that map has it";
   EXPECT_TRUE(log.is_whole(2));
   EXPECT_THAT(log.let_go(3), ElementsAre(author.written()[0]->id));
-  EXPECT_EQ(log[0].record, nullptr);
+  EXPECT_EQ(log.find(0), nullptr);
   EXPECT_THAT(log.let_go(4), IsEmpty()) << "once";
   EXPECT_FALSE(log.is_whole(2));
   EXPECT_TRUE(log.is_whole(3));
@@ -95,8 +93,19 @@ TEST_F(SubmapLogTest, WhatNamesNothingEarlierReplacesNothing) {
   other.replacing(1).submap({1, 0, 0});
   other.replacing(7).submap({2, 0, 0});
   const SubmapLog log = of(other.written());
-  EXPECT_EQ(log.replaced(), 0u);
   EXPECT_THAT(counting(log, 3), ElementsAre(0, 1, 2));
+}
+
+// A log that names without end what is needless holds what is needed.
+TEST_F(SubmapLogTest, WhatOnlyNamesAnotherIsNotHeld) {
+  author.replacing(1).write(Lane::voxels, RecordKind::submap, SubmapRecord{0, 20000, 60000, {}});
+  SubmapLog log = of(author.written());
+  EXPECT_EQ(log.size(), 5u) << "it has its position";
+  EXPECT_EQ(log.find(4), nullptr);
+  EXPECT_THAT(counting(log, 5), ElementsAre(2, 3));
+  EXPECT_THAT(log.let_go(5), ElementsAre(author.written()[0]->id, author.written()[1]->id));
+  EXPECT_THAT(counting(log, 5), ElementsAre(2, 3));
+  for (const std::size_t position : {0u, 1u, 4u}) EXPECT_EQ(log.find(position), nullptr);
 }
 
 // Robots that hold the same records make the same map, whoever of them has let which body go.

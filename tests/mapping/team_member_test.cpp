@@ -47,7 +47,7 @@ TEST(TeamMember, MalformedRecordsCountForCompletenessAndNothingElse) {
   EXPECT_EQ(member.keyframes.size(), 4u);
   EXPECT_EQ(member.keyframes.chain().size(), 3u);
   ASSERT_EQ(member.submaps.size(), 2u) << "each has its place";
-  EXPECT_EQ(member.submaps[1].record, nullptr);
+  EXPECT_EQ(member.submaps.find(1), nullptr);
   EXPECT_TRUE(member.complete());
 }
 
@@ -68,7 +68,7 @@ TEST(TeamMember, ASubmapWithTooDeepATruncationIsRefused) {
   const SubmapRecord deep{0, 10000, 1'010'000, {}};
   expect_refused(member, author.write(Lane::voxels, RecordKind::submap, deep), "truncation_um: not 1 to 100 voxels");
   ASSERT_EQ(member.submaps.size(), 1u);
-  EXPECT_EQ(member.submaps[0].record, nullptr);
+  EXPECT_EQ(member.submaps.find(0), nullptr);
 }
 
 TEST(TeamMember, WritesLinksOfItsOwnPairsOnly) {

@@ -8,45 +8,42 @@
 namespace onemap::mapping {
 
 Status KeyframeLog::add(const RecordPtr& record) {
-  if (places_.size() == kMost) return Error{"keyframe record", "this robot has as many as are looked at"};
-  const std::size_t position = places_.size();
-  sequences_.push_back(record->id.seq);
-  places_.emplace_back();
+  if (size_ == kMost) return Error{"keyframe record", "this robot has as many as are looked at"};
+  const auto position = static_cast<std::uint32_t>(size_++);
   if (record->dropped) {
-    gaps_.push_back(static_cast<std::uint32_t>(position));
+    gaps_.push_back({position, record->id.seq});
     return success();
   }
   const auto keyframe = decode_keyframe(record->body);
   if (!keyframe) return keyframe.error();
-  const KeyframePlace place{keyframe->index, keyframe->anchor, keyframe->T_robot_keyframe, keyframe->time};
-  if (!keyframe->features.empty() || keyframe->grid.width > 0) {
-    views_.push_back({static_cast<std::uint32_t>(position), record});
-    places_.back() = place;
-    return success();
-  }
-  const std::size_t earlier = position_of(record->seal.replaces, position);
-  if (earlier == position)
-    places_.back() = place;
-  else
-    replace(earlier, place);
+  const KeyframePlace place{keyframe->index, keyframe->anchor,           position,      record->id.seq,
+                            false,           keyframe->T_robot_keyframe, keyframe->time};
+  const bool saw_something = !keyframe->features.empty() || keyframe->grid.width > 0;
+  if (!saw_something && replace(record->seal.replaces, place)) return success();
+  if (saw_something) views_.push_back({position, record});
+  places_.push_back(place);
   return success();
 }
 
-std::size_t KeyframeLog::position_of(std::uint32_t sequence, std::size_t before) const {
-  const auto end = sequences_.begin() + static_cast<std::ptrdiff_t>(before);
-  const auto at = std::lower_bound(sequences_.begin(), end, sequence);
-  return at != end && *at == sequence ? static_cast<std::size_t>(at - sequences_.begin()) : before;
-}
-
-void KeyframeLog::replace(std::size_t position, const KeyframePlace& place) {
-  places_[position] = place;
-  std::erase(gaps_, position);
-  if (std::ranges::find(replaced_, position) == replaced_.end())
-    replaced_.push_back(static_cast<std::uint32_t>(position));
-  const auto view = std::ranges::lower_bound(views_, position, {}, &View::position);
-  if (view == views_.end() || view->position != position) return;
+bool KeyframeLog::replace(std::uint32_t sequence, const KeyframePlace& by) {
+  auto at = std::ranges::lower_bound(places_, sequence, {}, &KeyframePlace::sequence);
+  if (at == places_.end() || at->sequence != sequence) {
+    const auto gap = std::ranges::find(gaps_, sequence, &Gap::sequence);
+    if (gap == gaps_.end()) return false;
+    at = places_.insert(at, by);
+    at->position = gap->position;
+    gaps_.erase(gap);
+  }
+  const KeyframePlace was = std::exchange(*at, by);
+  at->position = was.position;
+  at->sequence = sequence;
+  at->gone = true;
+  if (!was.gone) gone_.push_back(at->position);
+  const auto view = std::ranges::lower_bound(views_, at->position, {}, &View::position);
+  if (view == views_.end() || view->position != at->position) return true;
   unread_.push_back(view->record->id);
   views_.erase(view);
+  return true;
 }
 
 const RecordPtr& KeyframeLog::operator[](std::size_t i) const {
@@ -55,11 +52,13 @@ const RecordPtr& KeyframeLog::operator[](std::size_t i) const {
   return view != views_.end() && view->position == i ? view->record : kNone;
 }
 
+const KeyframePlace* KeyframeLog::place(std::size_t position) const {
+  const auto at = std::ranges::lower_bound(places_, position, {}, &KeyframePlace::position);
+  return at != places_.end() && at->position == position ? &*at : nullptr;
+}
+
 std::vector<KeyframePlace> KeyframeLog::chain() const {
-  std::vector<KeyframePlace> out;
-  out.reserve(places_.size());
-  for (const KeyframePlace& place : places_)
-    if (place.known()) out.push_back(place);
+  std::vector<KeyframePlace> out(places_.begin(), places_.end());
   std::ranges::stable_sort(out, {}, &KeyframePlace::index);
   const auto same = [](const KeyframePlace& a, const KeyframePlace& b) { return a.index == b.index; };
   out.erase(std::unique(out.begin(), out.end(), same), out.end());
@@ -67,13 +66,10 @@ std::vector<KeyframePlace> KeyframeLog::chain() const {
 }
 
 bool KeyframeLog::is_whole(std::size_t extent) const {
-  return std::ranges::none_of(gaps_, [&](std::uint32_t gap) { return gap < extent; });
+  return std::ranges::none_of(gaps_, [&](const Gap& gap) { return gap.position < extent; });
 }
 
-std::size_t KeyframeLog::most_whole() const {
-  const auto first = std::ranges::min_element(gaps_);
-  return first == gaps_.end() ? size() : *first;
-}
+std::size_t KeyframeLog::most_whole() const { return gaps_.empty() ? size() : gaps_.front().position; }
 
 std::vector<RecordId> KeyframeLog::let_go() { return std::exchange(unread_, {}); }
 

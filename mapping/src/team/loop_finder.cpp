@@ -52,9 +52,9 @@ void LoopFinder::begin_life(const TeamMember& own) {
 std::vector<std::uint32_t> LoopFinder::candidates(const TeamMember& own, const KeyframeRecord& keyframe,
                                                   PlaceIndex& index) const {
   const auto may = [&](const PlaceId& id) {
-    const KeyframePlace& place = own.keyframes.places()[id.keyframe];
-    return id.keyframe < looked_ && own.keyframes[id.keyframe] != nullptr &&
-           place.index + kNeighbours <= keyframe.index && place.anchor != keyframe.anchor;
+    const KeyframePlace* place = id.keyframe < looked_ ? own.keyframes.place(id.keyframe) : nullptr;
+    return place != nullptr && !place->gone && place->index + kNeighbours <= keyframe.index &&
+           place->anchor != keyframe.anchor;
   };
   std::vector<std::uint32_t> out;
   for (const Place& place : index.query(keyframe.descriptor_kind, binary_features(keyframe), kPlaces, may))

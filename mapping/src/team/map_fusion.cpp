@@ -66,19 +66,17 @@ MapFusion::Versions MapFusion::wanted(const TeamLog& log) {
     const auto extent = std::ranges::lower_bound(target_->extents, solved.chain, {}, &ChainExtent::chain);
     if (member == nullptr || extent == target_->extents.end() || extent->chain != solved.chain) continue;
     const auto anchors = placed_anchors(*member, solved, extent->keyframes);
-    for (std::size_t i = 0; i < std::min<std::size_t>(extent->submaps, member->submaps.size()); ++i) {
-      if (!member->submaps.counts(i, extent->submaps)) continue;
-      const SubmapPlace& submap = member->submaps[i];
+    member->submaps.for_each_of(extent->submaps, [&](const SubmapPlace& submap) {
       ++submaps_;
       const auto at = std::ranges::lower_bound(anchors, submap.anchor, {}, &PlacedAnchor::keyframe);
       if (at == anchors.end() || at->keyframe != submap.anchor) {
         blocks_unplaced_ += submap.blocks;
-        continue;
+        return;
       }
       Version& version = out[{solved.chain, submap.anchor}];
       version.T_map_anchor = at->T_map_anchor;
       version.records.push_back(submap.record);
-    }
+    });
   }
   return out;
 }

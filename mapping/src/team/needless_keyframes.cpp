@@ -24,7 +24,7 @@ std::vector<NeedlessKeyframes::View> NeedlessKeyframes::views(const TeamMember& 
   for (const KeyframeOnMap& keyframe : keyframes_on_map(own, solved))
     if (own.keyframes[keyframe.position] != nullptr)
       out.push_back(
-          {keyframe.position, own.keyframes.places()[keyframe.position].time, from_quantized(keyframe.T_map_keyframe)});
+          {keyframe.position, own.keyframes.place(keyframe.position)->time, from_quantized(keyframe.T_map_keyframe)});
   return out;
 }
 

@@ -57,7 +57,8 @@ class NeedlessSubmaps::Evidence {
 
 std::vector<std::uint32_t> NeedlessSubmaps::look(const TeamMember& own, const SolvedRobot& solved) {
   if (std::exchange(life_, own.incarnation) != own.incarnation) looked_ = 0, kept_.clear();
-  for (; looked_ < own.submaps.size(); ++looked_) take(own.submaps[looked_]);
+  for (; looked_ < own.submaps.size(); ++looked_)
+    if (const SubmapPlace* place = own.submaps.find(looked_); place != nullptr) take(*place);
   std::vector<std::uint32_t> out = sent_again();
   const std::vector<std::uint32_t> again = seen_again(own, solved);
   out.insert(out.end(), again.begin(), again.end());
@@ -97,7 +98,6 @@ std::vector<std::uint32_t> NeedlessSubmaps::sent_again() {
 NeedlessSubmaps::Visits NeedlessSubmaps::visits(const TeamMember& own, const SolvedRobot& solved) {
   Visits out;
   for (const KeyframePlace& place : own.keyframes.places()) {
-    if (!place.known()) continue;
     const auto [at, first] = out.try_emplace(place.anchor);
     Visit& visit = at->second;
     visit.begin = first ? place.time : std::min(visit.begin, place.time);

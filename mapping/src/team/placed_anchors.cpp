@@ -10,9 +10,10 @@ namespace {
 // In the robot's own frame, sorted; of keyframes that claim one number the first counts.
 std::vector<PlacedAnchor> own_anchors(const TeamMember& member, std::size_t keyframes) {
   std::vector<PlacedAnchor> out;
-  const std::vector<KeyframePlace>& places = member.keyframes.places();
-  for (const KeyframePlace& k : std::span(places).first(std::min(keyframes, places.size())))
+  for (const KeyframePlace& k : member.keyframes.places()) {
+    if (k.position >= keyframes) break;
     if (k.index == k.anchor) out.push_back({k.index, k.T_robot_keyframe});
+  }
   std::ranges::stable_sort(out, {}, &PlacedAnchor::keyframe);
   const auto same = [](const PlacedAnchor& a, const PlacedAnchor& b) { return a.keyframe == b.keyframe; };
   out.erase(std::unique(out.begin(), out.end(), same), out.end());

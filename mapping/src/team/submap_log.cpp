@@ -1,65 +1,58 @@
 #include "mapping/team/submap_log.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "mapping/records/submap.hpp"
 
 namespace onemap::mapping {
 
 Status SubmapLog::add(const RecordPtr& record) {
-  Entry& entry = all_.emplace_back();
+  Entry entry;
+  entry.place.position = static_cast<std::uint32_t>(size_++);
   entry.place.sequence = record->id.seq;
-  if (record->dropped) gone_.push_back(static_cast<std::uint32_t>(all_.size() - 1));
-  replace(*record);
-  if (record->dropped) return success();
-  auto header = decode_submap_header(record->body);
-  if (!header) return header.error();
-  Entry& good = all_.back();
-  if (header->blocks > 0)  // one that only names another holds nothing
-    good.place.record = heads_alone_ ? head_alone(*record) : record;
-  good.place.anchor = header->anchor_keyframe;
-  good.place.blocks = static_cast<std::uint32_t>(header->blocks);
+  replace(record->seal.replaces);
+  if (!record->dropped) {
+    auto header = decode_submap_header(record->body);
+    if (!header) return header.error();
+    if (header->blocks == 0) return success();  // it only names another one
+    entry.place.record = heads_alone_ ? head_alone(*record) : record;
+    entry.place.anchor = header->anchor_keyframe;
+    entry.place.blocks = static_cast<std::uint32_t>(header->blocks);
+  }
+  held_.push_back(std::move(entry));
   return success();
 }
 
-// What it says that it replaces, if that is a record of voxels before it that nothing has replaced.
-void SubmapLog::replace(const Record& by) {
-  const std::uint32_t sequence = by.seal.replaces;
-  if (sequence >= by.id.seq) return;
-  const auto at = std::ranges::lower_bound(all_, sequence, {}, [](const Entry& e) { return e.place.sequence; });
-  if (at == all_.end() || at->place.sequence != sequence || at->replaced_at != kNever) return;
-  at->replaced_at = static_cast<std::uint32_t>(all_.size());
-  ++replaced_;
-  if (at->place.record != nullptr) waiting_.push_back(static_cast<std::uint32_t>(at - all_.begin()));
+// A record of voxels before this one, if nothing has replaced it.
+void SubmapLog::replace(std::uint32_t sequence) {
+  const auto at = std::ranges::lower_bound(held_, sequence, {}, [](const Entry& e) { return e.place.sequence; });
+  if (at == held_.end() || at->place.sequence != sequence || at->replaced_at != kNever) return;
+  at->replaced_at = static_cast<std::uint32_t>(size_);
+}
+
+const SubmapPlace* SubmapLog::find(std::size_t position) const {
+  const auto at = std::ranges::lower_bound(held_, position, {}, [](const Entry& e) { return e.place.position; });
+  return at != held_.end() && at->place.position == position ? &at->place : nullptr;
 }
 
 bool SubmapLog::is_whole(std::size_t extent) const {
-  return extent >= least_ &&
-         std::ranges::none_of(gone_, [&](std::uint32_t i) { return i < extent && extent < all_[i].replaced_at; });
+  return extent >= least_ && std::ranges::none_of(held_, [&](const Entry& entry) { return lacks(entry, extent); });
 }
 
 std::size_t SubmapLog::most_whole() const {
-  std::size_t extent = all_.size();
-  for (bool less = true; less;) {
-    less = false;
-    for (const std::uint32_t i : gone_)
-      if (i < extent && extent < all_[i].replaced_at) extent = i, less = true;
-  }
+  std::size_t extent = size_;
+  for (auto entry = held_.rbegin(); entry != held_.rend(); ++entry)
+    if (lacks(*entry, extent)) extent = entry->place.position;
   return extent >= least_ ? extent : 0;
 }
 
 std::vector<RecordId> SubmapLog::let_go(std::size_t extent) {
   std::vector<RecordId> out;
-  const auto is_over = [&](std::uint32_t i) {
-    if (all_[i].replaced_at > extent) return false;
-    least_ = std::max<std::size_t>(least_, all_[i].replaced_at);
-    return true;
-  };
-  std::erase_if(gone_, is_over);
-  std::erase_if(waiting_, [&](std::uint32_t i) {
-    if (!is_over(i)) return false;
-    out.push_back(all_[i].place.record->id);
-    all_[i].place.record.reset();
+  std::erase_if(held_, [&](const Entry& entry) {
+    if (entry.replaced_at > extent) return false;
+    least_ = std::max<std::size_t>(least_, entry.replaced_at);
+    if (entry.place.record != nullptr) out.push_back(entry.place.record->id);
     return true;
   });
   return out;

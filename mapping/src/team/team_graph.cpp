@@ -24,8 +24,7 @@ using Places = std::map<std::uint32_t, const KeyframePlace*>;
 
 Places places_of(const TeamMember& member) {
   Places out;
-  for (const KeyframePlace& place : member.keyframes.places())
-    if (place.known()) out.emplace(place.index, &place);
+  for (const KeyframePlace& place : member.keyframes.places()) out.emplace(place.index, &place);
   return out;
 }
 
@@ -99,18 +98,13 @@ std::vector<ChainAnchor> chain_of(const Places& places, const std::set<std::uint
 // Anchors that nothing hangs on any more: what was seen there is somebody else's by now, no keyframe and no voxels are
 // left, and no link. The graph does without them, so that it grows with the area and not with the time.
 std::set<std::uint32_t> bare_anchors(const TeamMember& member) {
-  const std::vector<KeyframePlace>& places = member.keyframes.places();
   std::set<std::uint32_t> out;
-  std::vector<bool> gone(places.size());
-  for (const std::uint32_t position : member.keyframes.gone()) {
-    gone[position] = true;
-    if (places[position].index == places[position].anchor) out.insert(places[position].index);
-  }
+  for (const KeyframePlace& place : member.keyframes.places())
+    if (place.gone && place.index == place.anchor) out.insert(place.index);
   if (out.empty()) return out;
-  for (std::size_t i = 0; i < places.size(); ++i)
-    if (places[i].known() && !gone[i]) out.erase(places[i].anchor);
-  for (std::size_t i = 0; i < member.submaps.size(); ++i)
-    if (member.submaps.counts(i, member.submaps.size())) out.erase(member.submaps[i].anchor);
+  for (const KeyframePlace& place : member.keyframes.places())
+    if (!place.gone) out.erase(place.anchor);
+  member.submaps.for_each_of(member.submaps.size(), [&](const SubmapPlace& place) { out.erase(place.anchor); });
   return out;
 }
 
@@ -127,16 +121,16 @@ std::optional<LinkEnd> end_of(const ChainId& chain, const Places& places, std::u
 struct Chain {
   ChainId id;
   Places places;
-  std::span<const KeyframePlace> in_order;  // of the log
-  std::set<std::uint32_t> bare;             // anchors that the graph does without
+  const KeyframeLog* log = nullptr;
+  std::set<std::uint32_t> bare;  // anchors that the graph does without
 };
 
 // The last one among the first so many records of the log.
 std::uint32_t last_known(const Chain& chain, std::uint32_t count) {
-  if (count == 0 || count >= chain.in_order.size()) return kAllKeyframes;
+  if (count == 0 || count >= chain.log->size()) return kAllKeyframes;
   std::uint32_t last = 0;
-  for (const KeyframePlace& place : chain.in_order.first(count))
-    if (place.known()) last = std::max(last, place.index);
+  for (const KeyframePlace& place : chain.log->places())
+    if (place.position < count) last = std::max(last, place.index);
   return last;
 }
 
@@ -201,7 +195,7 @@ PoseGraph team_graph(const TeamLog& log, std::span<const ChainId> lives) {
   std::map<ChainId, Chain> chains;
   for (const ChainId& life : lives)
     if (const TeamMember* member = log.find(life); member != nullptr)
-      chains.emplace(life, Chain{life, places_of(*member), member->keyframes.places(), bare_anchors(*member)});
+      chains.emplace(life, Chain{life, places_of(*member), &member->keyframes, bare_anchors(*member)});
   std::vector<GraphLink> links;
   for (const std::vector<TeamLink>& from : {counting_links(log), counting_loops(log)})
     for (const TeamLink& link : from)

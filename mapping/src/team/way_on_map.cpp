@@ -58,10 +58,9 @@ std::vector<KeyframeOnMap> keyframes_on_map(const TeamMember& member, const Solv
   const Bends all = bends(member, solved);
   std::vector<KeyframeOnMap> out;
   if (all.empty()) return out;
-  const std::vector<KeyframePlace>& places = member.keyframes.places();
-  for (std::size_t i = 0; i < places.size(); ++i)
-    if (places[i].known())
-      out.push_back({i, quantize(bend_at(all, places[i].anchor) * from_quantized(places[i].T_robot_keyframe))});
+  out.reserve(member.keyframes.places().size());
+  for (const KeyframePlace& place : member.keyframes.places())
+    out.push_back({place.position, quantize(bend_at(all, place.anchor) * from_quantized(place.T_robot_keyframe))});
   return out;
 }
 
