@@ -9,11 +9,11 @@ namespace onemap::mapping::fusing {
 namespace {
 
 // The noise of structured light grows with the square of the depth, so information falls with its fourth power; the
-// square is the usual compromise that keeps far surfaces alive: 16 at 1 m, 4 at 2 m, 1 at 4 m.
+// square is the usual compromise that keeps far surfaces alive: 16 at 1 m, 4 at 2 m, 2 from 2.8 m on.
 int observation_weight(float depth_m) {
-  constexpr auto kMost = static_cast<float>(kMostWeight);
+  constexpr auto kMost = static_cast<float>(kMostWeight), kLeast = static_cast<float>(kLeastWeight);
   const float w = kMost / (depth_m * depth_m);
-  return w >= kMost ? kMostWeight : (w <= 1.f ? 1 : static_cast<int>(w));
+  return w >= kMost ? kMostWeight : (w <= kLeast ? kLeastWeight : static_cast<int>(w));
 }
 
 // A row of voxels along x as the camera sees it.

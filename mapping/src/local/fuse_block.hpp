@@ -25,6 +25,6 @@ bool fuse_block_simd(const FrameOnMap& frame, const Vector3f& first, Voxel* voxe
 
 inline constexpr float kBehind_m = 1e6f;  // stands for the z of what is behind the camera: no depth agrees with it
 inline constexpr float kNearest_m = 1e-3f;
-inline constexpr int kMostWeight = 16;  // of an observation
+inline constexpr int kMostWeight = 16, kLeastWeight = 2;  // of an observation; what was seen once is surface
 
 }  // namespace onemap::mapping::fusing

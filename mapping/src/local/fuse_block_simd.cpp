@@ -89,10 +89,10 @@ struct Added {
 [[gnu::target("avx2")]] inline void measure(const FrameOnMap& frame, const Constants& k, const Eight& row, Added& out) {
   const __m256 units = _mm256_mul_ps(row.sdf, k.to_units);
   const __m256i raised = _mm256_cvttps_epi32(_mm256_add_ps(units, everywhere(static_cast<float>(kTsdfOne) + 0.5f)));
-  const __m256 most = everywhere(static_cast<float>(kMostWeight));
+  const __m256 most = everywhere(static_cast<float>(kMostWeight)), least = everywhere(static_cast<float>(kLeastWeight));
   const __m256 information = _mm256_div_ps(most, _mm256_mul_ps(row.depth, row.depth));
   put(out.tsdf, _mm256_sub_epi32(raised, _mm256_set1_epi32(kTsdfOne)));
-  put(out.weight, _mm256_cvttps_epi32(_mm256_min_ps(_mm256_max_ps(information, everywhere(1)), most)));
+  put(out.weight, _mm256_cvttps_epi32(_mm256_min_ps(_mm256_max_ps(information, least), most)));
   if (frame.rgb == nullptr) {
     out.colored = 0;
     return;

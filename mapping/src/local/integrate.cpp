@@ -97,7 +97,7 @@ void VoxelMap::touch_seen_blocks(const Viewpoint& from) {
     const float y = (static_cast<float>(v) + 0.5f - view.cy()) * inv_fy;
     const float* depth = view.depth_m() + static_cast<std::ptrdiff_t>(v) * view.width();
     for (int u = 1 + stride / 2; u < view.width() - 1; u += stride) {
-      if (depth[u] == 0) continue;
+      if (!(depth[u] > 0)) continue;
       const Vector3f ray((static_cast<float>(u) + 0.5f - view.cx()) * inv_fx, y, 1);
       const Vector3f direction = from.R_block_camera * ray;
       // A truncation that is deeper than the depth does not reach behind the camera.
@@ -150,7 +150,7 @@ void VoxelMap::integrate(const hal::FrameView& frame, const RayTable& rays, cons
     return;
   }
   ++counters_.integrated_frames;
-  shared_->view.load(frame, rays, config_.max_depth_m);
+  shared_->view.load(frame, rays, config_.max_depth_m, config_.simd);
   const Viewpoint from = viewpoint(frame, T_map_camera);
   shared_->missing.begin_frame();
   touch_seen_blocks(from);

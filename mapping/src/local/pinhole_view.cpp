@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "hal/lens.hpp"
+#include "local/read_depth.hpp"
+#include "mapping/local/depth_range.hpp"
 
 namespace onemap::mapping {
 namespace {
@@ -51,15 +53,17 @@ std::int32_t index_of_pixel(const hal::Intrinsics& k, hal::Point2 ray) {
 // A border of one pixel on each side of an image of max_pixels, for every usual shape.
 std::size_t padded(std::size_t max_pixels) { return max_pixels == 0 ? 0 : max_pixels + max_pixels / 64 + 4096; }
 
+std::size_t rows(std::size_t max_pixels) { return max_pixels == 0 ? 0 : 2048; }
+
 }  // namespace
 
-PinholeView::PinholeView(std::size_t max_pixels) {
+PinholeView::PinholeView(std::size_t max_pixels) : smoother_(rows(max_pixels)) {
   depth_m_.reserve(padded(max_pixels));
   source_.reserve(padded(max_pixels));
 }
 
 std::size_t PinholeView::bytes_for(std::size_t max_pixels) {
-  return padded(max_pixels) * (sizeof(float) + sizeof(std::int32_t));
+  return padded(max_pixels) * (sizeof(float) + sizeof(std::int32_t)) + DepthSmoother::bytes_for(rows(max_pixels));
 }
 
 bool PinholeView::numbers_pixels_exactly(int image_width, int image_height) {
@@ -67,7 +71,7 @@ bool PinholeView::numbers_pixels_exactly(int image_width, int image_height) {
 }
 
 std::size_t PinholeView::bytes() const {
-  return depth_m_.capacity() * sizeof(float) + source_.capacity() * sizeof(std::int32_t);
+  return depth_m_.capacity() * sizeof(float) + source_.capacity() * sizeof(std::int32_t) + smoother_.bytes();
 }
 
 void PinholeView::build(const hal::Intrinsics& intrinsics, const RayTable& rays) {
@@ -94,28 +98,18 @@ void PinholeView::build(const hal::Intrinsics& intrinsics, const RayTable& rays)
     }
 }
 
-void PinholeView::load(const hal::FrameView& frame, const RayTable& rays, float max_depth_m) {
+void PinholeView::load(const hal::FrameView& frame, const RayTable& rays, float max_depth_m, bool simd) {
   if (!built_ || !same(*frame.intrinsics, intrinsics_)) build(*frame.intrinsics, rays);
-  const float metres = static_cast<float>(1.0 / frame.intrinsics->depth_scale);
-  const float farthest = std::min(max_depth_m, kMaxDepth_m);
-  const auto checked = [&](float z) { return static_cast<int>(z >= kMinDepth_m) & static_cast<int>(z <= farthest); };
-  if (!in_place_) {
-    for (std::size_t i = 0, n = depth_m_.size(); i < n; ++i) {
-      const std::int32_t from = source_[i];
-      const float z = from < 0 ? 0.f : metres * static_cast<float>(frame.depth[static_cast<std::size_t>(from)]);
-      depth_m_[i] = checked(z) != 0 ? z : 0.f;
-    }
-    return;
+  const DepthUnits units{static_cast<float>(1.0 / frame.intrinsics->depth_scale), std::min(max_depth_m, kMaxDepth_m)};
+  if (in_place_) {
+    const auto columns = static_cast<std::size_t>(intrinsics_.width);
+    for (std::size_t v = 0; v < static_cast<std::size_t>(intrinsics_.height); ++v)
+      read_depth(frame.depth.subspan(v * columns, columns), units,
+                 &depth_m_[(v + 1) * static_cast<std::size_t>(width_) + 1]);
+  } else {
+    look_up_depth(frame.depth, source_, units, simd, depth_m_.data());
   }
-  const auto columns = static_cast<std::size_t>(intrinsics_.width);
-  const std::uint16_t* from = frame.depth.data();
-  for (std::size_t v = 1; v + 1 < static_cast<std::size_t>(height_); ++v, from += columns) {
-    float* to = &depth_m_[v * static_cast<std::size_t>(width_) + 1];
-    for (std::size_t u = 0; u < columns; ++u) {
-      const float z = metres * static_cast<float>(from[u]);
-      to[u] = checked(z) != 0 ? z : 0.f;
-    }
-  }
+  smoother_.smooth(depth_m_.data(), width_, height_, simd);
 }
 
 }  // namespace onemap::mapping

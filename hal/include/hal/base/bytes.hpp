@@ -28,7 +28,11 @@ class ByteWriter {
     out_.resize(at + sizeof(T));
     put_little_endian(out_.data() + at, value);
   }
-  void bytes(std::span<const std::uint8_t> data) { out_.insert(out_.end(), data.begin(), data.end()); }
+  void bytes(std::span<const std::uint8_t> data) {
+    const auto at = static_cast<std::ptrdiff_t>(out_.size());
+    out_.resize(out_.size() + data.size());
+    std::copy(data.begin(), data.end(), out_.begin() + at);
+  }
   std::size_t size() const { return out_.size(); }
 
  private:

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "hal/frame.hpp"
+#include "mapping/local/depth_smoother.hpp"
 #include "mapping/local/ray_table.hpp"
 
 namespace onemap::mapping {
@@ -15,8 +16,10 @@ namespace onemap::mapping {
 class PinholeView {
  public:
   explicit PinholeView(std::size_t max_pixels);
-  // Depths outside [kMinDepth_m, max_depth_m] become 0. The look-up table is kept while the intrinsics stay the same.
-  void load(const hal::FrameView& frame, const RayTable& rays, float max_depth_m);
+  // Depths outside [kMinDepth_m, max_depth_m] become 0, and from 2 m on those that lie on a plane with all of their
+  // neighbours (5 x 5) become what it says there. The look-up table is kept while the intrinsics stay the same.
+  // simd false: the plain twin, which gives the same bytes.
+  void load(const hal::FrameView& frame, const RayTable& rays, float max_depth_m, bool simd = true);
 
   int width() const { return width_; }    // border included
   int height() const { return height_; }  // border included
@@ -24,7 +27,8 @@ class PinholeView {
   float fy() const { return fy_; }
   float cx() const { return cx_; }
   float cy() const { return cy_; }
-  const float* depth_m() const { return depth_m_.data(); }       // width x height, 0 = none
+  // width x height, 0 = none; farther than max_depth_m: negative, and not to be fused
+  const float* depth_m() const { return depth_m_.data(); }
   const std::int32_t* source() const { return source_.data(); }  // pixel index in the frame, -1 = outside
   std::size_t bytes() const;
   static std::size_t bytes_for(std::size_t max_pixels);
@@ -41,6 +45,7 @@ class PinholeView {
   float fx_ = 0, fy_ = 0, cx_ = 0, cy_ = 0;
   std::vector<float> depth_m_;
   std::vector<std::int32_t> source_;
+  DepthSmoother smoother_;
 };
 
 }  // namespace onemap::mapping
