@@ -19,13 +19,12 @@ namespace {
 constexpr double kStep_m = 0.005, kStep_rad = 0.004;
 constexpr double kBox_m = 1.5;  // what an anchor's submap reaches: a box of three metres in front of it
 
-// The keyframes of one robot by their numbers; of those that claim one number the first counts.
-using Places = std::map<std::uint32_t, const KeyframePlace*>;
+// The keyframes of one robot, sorted by their numbers.
+using Places = std::vector<KeyframePlace>;
 
-Places places_of(const TeamMember& member) {
-  Places out;
-  for (const KeyframePlace& place : member.keyframes.places()) out.emplace(place.index, &place);
-  return out;
+const KeyframePlace* find_place(const Places& places, std::uint32_t keyframe) {
+  const auto at = std::ranges::lower_bound(places, keyframe, {}, &KeyframePlace::index);
+  return at != places.end() && at->index == keyframe ? &*at : nullptr;
 }
 
 ChainAnchor surroundings() {
@@ -76,16 +75,16 @@ std::vector<ChainAnchor> chain_of(const Places& places, const std::set<std::uint
   std::vector<ChainAnchor> out;
   Pose T_robot_previous;
   Steps steps;
-  for (const auto& [index, place] : places) {
+  for (const KeyframePlace& place : places) {
     steps.step();
-    if (index != place->anchor) continue;
-    const Pose T_robot_anchor = from_quantized(place->T_robot_keyframe);
-    if (!out.empty() && bare.contains(index)) {
+    if (place.index != place.anchor) continue;
+    const Pose T_robot_anchor = from_quantized(place.T_robot_keyframe);
+    if (!out.empty() && bare.contains(place.index)) {
       steps.pass(T_robot_anchor);
       continue;
     }
     ChainAnchor anchor = surroundings();
-    anchor.keyframe = index;
+    anchor.keyframe = place.index;
     anchor.T_previous_anchor = T_robot_previous.inverse() * T_robot_anchor;
     anchor.information = steps.information(T_robot_anchor);
     out.push_back(anchor);
@@ -109,13 +108,11 @@ std::set<std::uint32_t> bare_anchors(const TeamMember& member) {
 }
 
 std::optional<LinkEnd> end_of(const ChainId& chain, const Places& places, std::uint32_t keyframe) {
-  const auto at = places.find(keyframe);
-  if (at == places.end()) return std::nullopt;
-  const auto anchor = places.find(at->second->anchor);
-  if (anchor == places.end() || anchor->second->anchor != anchor->first) return std::nullopt;
-  const Pose T_robot_anchor = from_quantized(anchor->second->T_robot_keyframe);
-  return LinkEnd{chain, keyframe, anchor->first,
-                 T_robot_anchor.inverse() * from_quantized(at->second->T_robot_keyframe)};
+  const KeyframePlace* place = find_place(places, keyframe);
+  const KeyframePlace* anchor = place != nullptr ? find_place(places, place->anchor) : nullptr;
+  if (anchor == nullptr || anchor->anchor != anchor->index) return std::nullopt;
+  const Pose T_robot_anchor = from_quantized(anchor->T_robot_keyframe);
+  return LinkEnd{chain, keyframe, anchor->index, T_robot_anchor.inverse() * from_quantized(place->T_robot_keyframe)};
 }
 
 struct Chain {
@@ -195,7 +192,7 @@ PoseGraph team_graph(const TeamLog& log, std::span<const ChainId> lives) {
   std::map<ChainId, Chain> chains;
   for (const ChainId& life : lives)
     if (const TeamMember* member = log.find(life); member != nullptr)
-      chains.emplace(life, Chain{life, places_of(*member), &member->keyframes, bare_anchors(*member)});
+      chains.emplace(life, Chain{life, member->keyframes.chain(), &member->keyframes, bare_anchors(*member)});
   std::vector<GraphLink> links;
   for (const std::vector<TeamLink>& from : {counting_links(log), counting_loops(log)})
     for (const TeamLink& link : from)
