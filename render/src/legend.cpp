@@ -61,20 +61,6 @@ Bar fitting_bar(float metre_px, float picture_px) {
   return found != kBars.end() ? *found : kBars[2];
 }
 
-void draw_bar(Image& image, const Camera& camera, const Sizes& sizes) {
-  const float metre_px = 1 / camera.metres_per_pixel(camera.target, image.height);
-  const Bar bar = fitting_bar(metre_px, static_cast<float>(image.width));
-  const float length = bar.length_m * metre_px, gap = 0.8f * sizes.text;
-  const float right = static_cast<float>(image.width) - sizes.border - gap, left = right - length;
-  const float y = static_cast<float>(image.height) - sizes.border - gap, tick = 0.45f * sizes.text;
-  const float text = text_width_px(bar.name, sizes.text), wide = std::max(length, text);
-  fill_rectangle(image, whole(right - wide - gap), whole(y - 2.2f * sizes.text - gap), whole(wide + 2 * gap),
-                 whole(2.2f * sizes.text + 2 * gap), kPaper, kPaperOpacity);
-  draw_line(image, {left, y}, {right, y}, kInk, 0.18f * sizes.text);
-  for (const float x : {left, right}) draw_line(image, {x, y - tick}, {x, y + tick}, kInk, 0.18f * sizes.text);
-  draw_text(image, {right - 0.5f * (wide + text), y - sizes.text}, bar.name, sizes.text, kInk);
-}
-
 // x, y (up), z of the upright frame as seen by the camera.
 void draw_axes(Image& image, const Scene& scene, const Camera& camera, const Sizes& sizes) {
   const mapping::Matrix3d R = upright_rotation(up_of(scene));
@@ -126,11 +112,26 @@ void draw_grid(Image& image, const Camera& camera, const Sizes& sizes) {
 
 }  // namespace
 
+void draw_bar(Image& image, const Camera& camera) {
+  const Sizes sizes(image);
+  const float metre_px = 1 / camera.metres_per_pixel(camera.target, image.height);
+  const Bar bar = fitting_bar(metre_px, static_cast<float>(image.width));
+  const float length = bar.length_m * metre_px, gap = 0.8f * sizes.text;
+  const float right = static_cast<float>(image.width) - sizes.border - gap, left = right - length;
+  const float y = static_cast<float>(image.height) - sizes.border - gap, tick = 0.45f * sizes.text;
+  const float text = text_width_px(bar.name, sizes.text), wide = std::max(length, text);
+  fill_rectangle(image, whole(right - wide - gap), whole(y - 2.2f * sizes.text - gap), whole(wide + 2 * gap),
+                 whole(2.2f * sizes.text + 2 * gap), kPaper, kPaperOpacity);
+  draw_line(image, {left, y}, {right, y}, kInk, 0.18f * sizes.text);
+  for (const float x : {left, right}) draw_line(image, {x, y - tick}, {x, y + tick}, kInk, 0.18f * sizes.text);
+  draw_text(image, {right - 0.5f * (wide + text), y - sizes.text}, bar.name, sizes.text, kInk);
+}
+
 void draw_legend(Image& image, const Scene& scene, const Camera& camera) {
   const Sizes sizes(image);
   if (camera.height_m > 0) draw_grid(image, camera, sizes);
   draw_names(image, scene, sizes);
-  draw_bar(image, camera, sizes);
+  draw_bar(image, camera);
   if (camera.height_m <= 0) draw_axes(image, scene, camera, sizes);
 }
 

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numeric>
 
 #include "ink.hpp"
 #include "render/compare.hpp"
 #include "render/drawing.hpp"
 #include "render/figures.hpp"
+#include "render/legend.hpp"
 #include "render/upright.hpp"
 #include "vectors.hpp"
 
@@ -53,57 +55,107 @@ void step_back(Camera& camera, float distance_m) {
   camera.far_m += more;
 }
 
-}  // namespace
-
-std::vector<Camera> cameras_beside(std::span<const Scene> maps, float aspect, const Scene* whole) {
+struct Fitted {
   std::vector<Camera> cameras;
-  cameras.reserve(maps.size());
-  std::vector<Camera*> alike;
+  std::vector<std::size_t> alike;  // that look in the direction in which the whole is seen
+};
+
+Fitted fit_each(std::span<const Scene> maps, std::span<const float> aspects, const Scene* whole) {
+  Fitted out;
+  out.cameras.reserve(maps.size());
   const Camera common = whole != nullptr ? make_camera(*whole, View::fit, kPictureAspect) : Camera{};
   const glm::vec3 forward = common.target - common.eye;
-  float farthest_m = 0;
-  for (const Scene& map : maps) {
-    const auto T_whole_map = whole != nullptr ? motion_between(*whole, map) : std::nullopt;
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    const auto T_whole_map = whole != nullptr ? motion_between(*whole, maps[i]) : std::nullopt;
     if (!T_whole_map) {
-      cameras.push_back(make_camera(map, View::fit, aspect));
+      out.cameras.push_back(make_camera(maps[i], View::fit, aspects[i]));
       continue;
     }
     const auto here = [&](const glm::vec3& v) {
       return to_glm(mapping::Vector3d(T_whole_map->R.transpose() * mapping::Vector3d(v.x, v.y, v.z)));
     };
-    cameras.push_back(fit_along(map, here(forward), here(common.up), aspect));
-    alike.push_back(&cameras.back());
-    farthest_m = std::max(farthest_m, glm::distance(cameras.back().eye, cameras.back().target));
+    out.cameras.push_back(fit_along(maps[i], here(forward), here(common.up), aspects[i]));
+    out.alike.push_back(i);
   }
-  for (Camera* camera : alike) step_back(*camera, farthest_m);
-  return cameras;
+  return out;
 }
 
-Result<Image> draw_side_by_side(Renderer& renderer, std::span<const Scene> maps, const Style& style,
-                                const Scene* whole) {
+// At one scale a wide map needs more of its row than a narrow one: of each the room that it takes, times as far as it
+// must be seen from there, are shares in which all are as far.
+void share_row(std::span<float> aspects, std::span<const Camera> cameras) {
+  constexpr float kLeastShare = 0.5f;  // of an even one: a name fits
+  const auto even = std::accumulate(aspects.begin(), aspects.end(), 0.0f) / static_cast<float>(aspects.size());
+  float sum = 0;
+  for (std::size_t i = 0; i < aspects.size(); ++i) {
+    aspects[i] *= glm::distance(cameras[i].eye, cameras[i].target);
+    sum += aspects[i];
+  }
+  float wide = 0;
+  for (float& aspect : aspects) {
+    aspect = std::max(aspect * even * static_cast<float>(aspects.size()) / sum, kLeastShare * even);
+    wide += aspect;
+  }
+  for (float& aspect : aspects) aspect *= even * static_cast<float>(aspects.size()) / wide;
+}
+
+}  // namespace
+
+std::vector<float> aspects_beside(std::span<const Scene> maps, float aspect, std::size_t columns, const Scene* whole) {
+  constexpr int kRounds = 2;
+  std::vector<float> aspects(maps.size(), aspect);
+  for (int round = 0; whole != nullptr && round < kRounds; ++round) {
+    const Fitted fitted = fit_each(maps, aspects, whole);
+    if (fitted.alike.size() < maps.size()) return aspects;
+    for (std::size_t first = 0; first < maps.size(); first += columns) {
+      const std::size_t count = std::min(columns, maps.size() - first);
+      share_row(std::span(aspects).subspan(first, count), std::span(fitted.cameras).subspan(first, count));
+    }
+  }
+  return aspects;
+}
+
+std::vector<Camera> cameras_beside(std::span<const Scene> maps, std::span<const float> aspects, const Scene* whole) {
+  Fitted fitted = fit_each(maps, aspects, whole);
+  float farthest_m = 0;
+  for (const std::size_t i : fitted.alike)
+    farthest_m = std::max(farthest_m, glm::distance(fitted.cameras[i].eye, fitted.cameras[i].target));
+  for (const std::size_t i : fitted.alike) step_back(fitted.cameras[i], farthest_m);
+  return fitted.cameras;
+}
+
+Result<Image> draw_side_by_side(Renderer& renderer, std::span<const Scene> maps, const Style& style, const Scene* whole,
+                                bool plain) {
   if (maps.empty()) return Error{"picture", "no maps to put beside each other"};
   const int count = static_cast<int>(maps.size());
   const int columns = best_columns(count, style);
   const int rows = (count + columns - 1) / columns;
   Image picture(style.width_px, style.height_px, style.background);
   Style tile = style;
-  tile.width_px = style.width_px / columns;
+  const int even = style.width_px / columns;
   const int high = style.height_px / rows, caption = std::max(20, high / 10);
   tile.height_px = high - caption;
-  if (tile.width_px < 8 || tile.height_px < 8)
+  if (even < 8 || tile.height_px < 8)
     return Error{"picture",
                  fmt::format("{} x {} pixels are too few for {} maps", style.width_px, style.height_px, count)};
-  const float smaller = std::clamp(static_cast<float>(tile.width_px) / 900, 0.7f, 1.0f);  // ways do not hide the map
+  const float smaller = std::clamp(static_cast<float>(even) / 900, 0.7f, 1.0f);  // ways do not hide the map
   tile.path_width_px *= smaller;
   tile.marker_width_px *= smaller;
-  const auto wide = static_cast<float>(tile.width_px), text = 0.34f * static_cast<float>(caption);
-  const std::vector<Camera> cameras = cameras_beside(maps, wide / static_cast<float>(tile.height_px), whole);
-  for (int i = 0; i < count; ++i) {
-    const Scene& scene = maps[static_cast<std::size_t>(i)];
-    auto image = renderer.draw(scene, cameras[static_cast<std::size_t>(i)], tile);
+  const auto tall = static_cast<float>(tile.height_px), text = 0.34f * static_cast<float>(caption);
+  const std::vector<float> aspects =
+      aspects_beside(maps, static_cast<float>(even) / tall, static_cast<std::size_t>(columns), whole);
+  const std::vector<Camera> cameras = cameras_beside(maps, aspects, whole);
+  int x = 0;
+  for (int i = 0; i < count; ++i, x += tile.width_px) {
+    const auto at = static_cast<std::size_t>(i);
+    const Scene& scene = maps[at];
+    tile.width_px = std::max(static_cast<int>(aspects[at] * tall), 1);
+    auto image = renderer.draw(scene, cameras[at], tile);
     if (!image) return image.error();
-    const int x = i % columns * tile.width_px, y = i / columns * high;
+    if (!plain) draw_bar(*image, cameras[at]);
+    if (i % columns == 0) x = 0;
+    const int y = i / columns * high;
     paste(picture, *image, x, y);
+    const auto wide = static_cast<float>(tile.width_px);
     const float middle = static_cast<float>(x) + 0.5f * wide, base = static_cast<float>(y + tile.height_px);
     draw_centred(picture, {middle, base + 1.1f * text}, 0.9f * wide, scene.title, text, kInk);
     draw_centred(picture, {middle, base + 2.5f * text}, 0.9f * wide, contents(scene), 0.8f * text, kSoftInk);

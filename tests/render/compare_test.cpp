@@ -78,7 +78,8 @@ TEST(Beside, MapsOfATeamAreSeenAsTheWholeIs) {
   stranger.robots[0].name = "robot9";
   const std::vector<Scene> maps{whole, elsewhere(small), stranger};
   const Camera common = make_camera(whole, View::fit, 16.0f / 9);
-  const std::vector<Camera> cameras = cameras_beside(maps, 1.5f, &whole);
+  const std::vector<float> aspects(3, 1.5f);
+  const std::vector<Camera> cameras = cameras_beside(maps, aspects, &whole);
   ASSERT_EQ(cameras.size(), 3u);
   for (std::size_t i = 0; i < 2; ++i) {
     const auto along = [](const glm::vec3& a, const glm::vec3& b) {
@@ -92,7 +93,27 @@ TEST(Beside, MapsOfATeamAreSeenAsTheWholeIs) {
     EXPECT_GT(cameras[i].far_m, glm::distance(cameras[i].eye, cameras[i].target));
   }
   EXPECT_EQ(cameras[2].eye, make_camera(stranger, View::fit, 1.5f).eye) << "nobody knows where that one is";
-  EXPECT_EQ(cameras_beside(maps, 1.5f, nullptr)[1].eye, make_camera(maps[1], View::fit, 1.5f).eye);
+  EXPECT_EQ(cameras_beside(maps, aspects, nullptr)[1].eye, make_camera(maps[1], View::fit, 1.5f).eye);
+}
+
+// At one scale the widest map says how large all are; with more of the row for it they are larger.
+TEST(Beside, AWideMapHasMoreOfItsRow) {
+  const Scene whole = walk_over_a_floor();
+  Scene narrow = whole;
+  narrow.mesh = {};
+  narrow.robots[0].keyframe_poses.resize(4);
+  test::add_tiles(narrow.mesh, {-0.5f, 1.5f, 1}, {0, 0, 1}, {1, 0, 0}, 30, {90, 90, 90}, {90, 90, 90});
+  const std::vector<Scene> maps{narrow, whole, narrow, whole, narrow};
+  const std::vector<float> even(5, 0.5f), aspects = aspects_beside(maps, 0.5f, 3, &whole);
+  EXPECT_LT(aspects[0], 0.4f);
+  EXPECT_GT(aspects[1], 0.65f);
+  EXPECT_NEAR(aspects[0], aspects[2], 1e-3f);
+  EXPECT_NEAR(aspects[0] + aspects[1] + aspects[2], 1.5, 1e-3f);
+  EXPECT_NEAR(aspects[3] + aspects[4], 1, 1e-3f) << "the second row";
+  const auto distance_m = [](const Camera& camera) { return glm::distance(camera.eye, camera.target); };
+  EXPECT_LT(distance_m(cameras_beside(maps, aspects, &whole)[1]),
+            0.95f * distance_m(cameras_beside(maps, even, &whole)[1]));
+  EXPECT_EQ(aspects_beside(maps, 0.5f, 3, nullptr), even) << "each at its own scale";
 }
 
 }  // namespace

@@ -151,7 +151,7 @@ Status write_beside(const ViewOptions& o, const render::Scene& scene, render::Re
     if (!read) return read.error();
     whole = std::move(*read);
   }
-  auto image = render::draw_side_by_side(renderer, maps, o.style, whole ? &*whole : nullptr);
+  auto image = render::draw_side_by_side(renderer, maps, o.style, whole ? &*whole : nullptr, o.plain);
   if (!image) return image.error();
   if (auto done = render::write_png(o.png, *image); !done) return done;
   fmt::print("{}\n", printable(o.png));

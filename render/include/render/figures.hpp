@@ -13,14 +13,18 @@ namespace onemap::render {
 // The paper's figure 10: the maps of a team beside each other, each with its title and the number of its triangles, in
 // one picture of the style's size, in as many rows as make them largest.
 // whole: the map of all of them, from whose side they are then seen (cameras_beside()); nullptr: each from its own.
-// No map: an error.
+// plain: without a bar as long as a metre in each. No map: an error.
 Result<Image> draw_side_by_side(Renderer& renderer, std::span<const Scene> maps, const Style& style,
-                                const Scene* whole = nullptr);
+                                const Scene* whole = nullptr, bool plain = false);
 
-// From where each of these maps is seen, in its own frame, in pictures of width / height = aspect. Those of robots that
+// How wide each of these maps' pictures is, beside its height, in rows of so many whose pictures are `aspect` on the
+// mean: where they are seen at one scale a wide map has more of its row.
+std::vector<float> aspects_beside(std::span<const Scene> maps, float aspect, std::size_t columns, const Scene* whole);
+
+// From where each of these maps is seen, in its own frame, in pictures of these widths / heights. Those of robots that
 // the whole map has, too, are seen in one direction, that in which `fit` shows the whole at 16 : 9, and at one scale,
 // so that one can be held against the next; the others as `fit` does.
-std::vector<Camera> cameras_beside(std::span<const Scene> maps, float aspect, const Scene* whole);
+std::vector<Camera> cameras_beside(std::span<const Scene> maps, std::span<const float> aspects, const Scene* whole);
 
 // Who is in a team, and who verified what of whom.
 struct TeamPicture {

@@ -11,6 +11,9 @@ namespace onemap::render {
 // bar.
 void draw_legend(Image& image, const Scene& scene, const Camera& camera);
 
+// The bar alone.
+void draw_bar(Image& image, const Camera& camera);
+
 // A picture with its legend, or without (plain).
 Result<Image> take_picture(Renderer& renderer, const Scene& scene, const Camera& camera, const Style& style,
                            bool plain = false);
