@@ -78,7 +78,7 @@ ONEMAP_TWIN_BODY void fit_row_body(const Sums& sums, float* z_m) {
     const auto s = static_cast<float>(sum), u = static_cast<float>(across), v = static_cast<float>(down);
     const float off = static_cast<float>(squares) - s * s / kArea - (u * u + v * v) / kSlopeSquares;
     const float plane_m = kUnitsPerInverseMetre / (s / kArea + kMiddle), z = z_m[i];
-    z_m[i] = (off <= kMostOff) & (z >= kSmoothed_m) ? plane_m : z;
+    z_m[i] = ((off <= kMostOff) & (z >= kSmoothed_m)) ? plane_m : z;
   }
 }
 

@@ -1,6 +1,5 @@
 #include "mapping/team/long_way.hpp"
 
-#include <deque>
 #include <utility>
 
 namespace onemap::mapping {
@@ -14,11 +13,11 @@ constexpr std::uint64_t kMore = 1u << kBits;
 std::uint64_t zigzag64(std::uint64_t difference) { return difference << 1 ^ (0 - (difference >> 63)); }
 std::uint64_t unzigzag64(std::uint64_t code) { return code >> 1 ^ (0 - (code & 1)); }
 
-void put(std::uint64_t code, std::deque<std::uint8_t>& out) {
+void put(std::uint64_t code, std::vector<std::uint8_t>& out) {
   for (; code >= kMore; code >>= kBits) out.push_back(static_cast<std::uint8_t>(code | kMore));
   out.push_back(static_cast<std::uint8_t>(code));
 }
-std::uint64_t take(std::deque<std::uint8_t>::const_iterator& at) {
+std::uint64_t take(const std::uint8_t*& at) {
   std::uint64_t code = 0;
   for (unsigned shift = 0;; shift += kBits) {
     const std::uint64_t byte = *at++;
@@ -41,7 +40,7 @@ void LongWay::Packed::push(const StampedPose& pose) {
 std::vector<StampedPose> LongWay::poses() const {
   std::vector<StampedPose> out(packed_.size);
   Fields last{}, before{};
-  auto at = packed_.bytes.begin();
+  const std::uint8_t* at = packed_.bytes.data();
   for (StampedPose& pose : out) {
     Fields now{};
     for (std::size_t i = 0; i < now.size(); ++i) now[i] = unzigzag64(take(at)) + (2 * last[i] - before[i]);

@@ -1,7 +1,6 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <vector>
 
 #include "hal/base/result.hpp"
@@ -37,7 +36,7 @@ class KeyframeLog {
   const RecordPtr& operator[](std::size_t i) const;
   // By position. There is none where the record is malformed, only repeats the place of another, or has no body and
   // what remains of it did not come yet.
-  const std::deque<KeyframePlace>& places() const { return places_; }
+  const std::vector<KeyframePlace>& places() const { return places_; }
   const KeyframePlace* place(std::size_t position) const;  // nullptr: there is none
   std::vector<KeyframePlace> chain() const;                // by their indices; of those that claim one the first
 
@@ -62,7 +61,7 @@ class KeyframeLog {
 
   std::size_t size_ = 0;
   std::vector<View> views_;  // that are there, by position
-  std::deque<KeyframePlace> places_;
+  std::vector<KeyframePlace> places_;
   std::vector<Gap> gaps_;            // heads alone, whose places did not come yet
   std::vector<std::uint32_t> gone_;  // positions
   std::vector<RecordId> unread_;

@@ -2,7 +2,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <vector>
 
 #include "mapping/records/trajectory.hpp"
@@ -25,7 +24,7 @@ class LongWay {
  private:
   using Fields = std::array<std::uint64_t, 8>;  // time, position, rotation, modulo 2^64
   struct Packed {
-    std::deque<std::uint8_t> bytes;  // grows by what comes, and not to the double
+    std::vector<std::uint8_t> bytes;
     std::size_t size = 0;
     Fields last{}, before{};
     void push(const StampedPose& pose);
