@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <string>
 #include <vector>
 
 #include "render/drawing.hpp"
@@ -52,6 +53,11 @@ void draw_words(Image& image, int top, const std::string& words) {
   draw_text(image, {left, static_cast<float>(top) + 0.5f * (height + text)}, words, text, kImageInk);
 }
 
+// "312 agree", and of how many a line is drawn where that is not all.
+std::string counted(std::size_t matches, std::size_t most, const char* what) {
+  return matches > most ? fmt::format("{} {} ({} drawn)", matches, what, most) : fmt::format("{} {}", matches, what);
+}
+
 }  // namespace
 
 Image draw_matches(const MatchSide& left, const MatchSide& right, std::span<const mapping::Match> matches,
@@ -73,8 +79,9 @@ Image draw_matches(const MatchSide& left, const MatchSide& right, std::span<cons
     }
   }
   draw_words(image, tall,
-             fmt::format("frames {} and {}: {} features matched, {} agree, {} do not", left.frame, right.frame,
-                         matches.size(), by_kind[1].size(), by_kind[0].size()));
+             fmt::format("frames {} and {}: {} features matched, {}, {}", left.frame, right.frame, matches.size(),
+                         counted(by_kind[1].size(), kMostKeptLines, "agree"),
+                         counted(by_kind[0].size(), kMostRejectedLines, "do not")));
   return image;
 }
 
