@@ -11,7 +11,8 @@ namespace onemap::test {
 
 class ControlRobot {
  public:
-  static constexpr const char* kCamera = "simulated:living-room?robot=1&robots=3&frames=1000000&seed=3";
+  static constexpr const char* kCamera =
+      "simulated:living-room?robot=1&robots=3&frames=1000000&seed=3&width=320&height=240";
 
   explicit ControlRobot(const TempFolder& folder, const std::string& more = {}) : socket_(folder / "c.sock") {
     folder.write(

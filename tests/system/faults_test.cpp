@@ -104,7 +104,7 @@ TEST_F(CameraFault, TimeThatGoesBackForGood) {
   for (std::size_t i = 1; i < lines.size(); ++i) ASSERT_LT(std::stod(lines[i - 1]), std::stod(lines[i]));
 }
 
-constexpr const char* kLongWalk = "simulated:living-room?seed=3&frames=100000";
+constexpr const char* kLongWalk = "simulated:living-room?seed=3&frames=100000&width=320&height=240";
 
 TEST(Disk, AFullOneIsSaidOnceAndTheDaemonGoesOn) {
   if (const auto missing = Walled::missing("-m"); !missing.empty()) GTEST_SKIP() << missing;

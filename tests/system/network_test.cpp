@@ -11,7 +11,7 @@ using namespace std::chrono_literals;
 using test::TempFolder;
 using test::Walled;
 
-constexpr const char* kEndlessWalk = "simulated:living-room?seed=3&frames=100000";
+constexpr const char* kEndlessWalk = "simulated:living-room?seed=3&frames=100000&width=320&height=240";
 
 TEST(Network, NoneAtAllIsWaitedForAndTheRobotMaps) {
   if (const auto missing = Walled::missing("-n"); !missing.empty()) GTEST_SKIP() << missing;
@@ -73,7 +73,7 @@ TEST(Network, AnAddressThatChangesIsFollowed) {
     return "--config " + folder / "robot.toml";
   };
   const std::string wait = "until ip -4 -o addr show dev eth0 2>/dev/null | grep -q inet; do sleep 0.1; done";
-  const std::string walk = "simulated:living-room?seed=3&robots=2&frames=100000&robot=";
+  const std::string walk = "simulated:living-room?seed=3&robots=2&frames=100000&width=320&height=240&robot=";
   Walled a(a_folder, "-n", wait, walk + "1", settings(a_folder, "10.7.0.2"), "a");
   Walled b(b_folder, "-n", wait, walk + "2", settings(b_folder, "10.7.0.1"), "b");
   if (const std::string why = plug(a, b); !why.empty()) GTEST_SKIP() << "no cables between namespaces here: " << why;

@@ -97,7 +97,7 @@ TEST(Outputs, ByTheClockARunningDaemonDrawsFromBehindItAndRewritesItsFloorPlan) 
   const auto config = settings(folder,
                                "[run]\nmerge_while_mapping_s = 1\n[snapshots]\nevery_s = 2\nviews = [\"follow\"]\n"
                                "kinds = [\"png\", \"plan\"]\n");
-  Robot robot(folder, "robot", "simulated:house?frames=100000&seed=4", {"--config", config});
+  Robot robot(folder, "robot", "simulated:house?width=320&height=240&frames=100000&seed=4", {"--config", config});
   const fs::path plan = robot.out() / "map.pgm";
   ASSERT_TRUE(test::wait_until([&] { return fs::exists(robot.out() / "map.yaml"); }, 240s)) << "the last of a plan";
   const std::string first = test::text_of(plan);
@@ -116,7 +116,8 @@ TEST(Outputs, TheFloorPlanIsThereWhileARobotWorks) {
   for (const bool refresh : {true, false}) {
     const std::string off = refresh ? "" : "[map]\nrefresh_plan = false\n";
     const auto config = settings(folder, "[run]\nmerge_while_mapping_s = 1\n" + off);
-    Robot robot(folder, refresh ? "on" : "off", "simulated:house?frames=100000&seed=4", {"--config", config});
+    Robot robot(folder, refresh ? "on" : "off", "simulated:house?width=320&height=240&frames=100000&seed=4",
+                {"--config", config});
     ASSERT_TRUE(test::wait_until([&] { return fs::exists(robot.out() / "settled-map"); }, 240s)) << robot.log();
     if (refresh) {
       EXPECT_TRUE(test::wait_until([&] { return fs::exists(robot.out() / "map.yaml"); }, 240s)) << robot.log();
