@@ -185,7 +185,7 @@ TEST(Disk, ALimitOfTheFileSizeDoesNotKillIt) {
 // Somebody empties the log's files under the daemon, which reads voxels from them when it fuses them anew.
 TEST(Disk, WhatIsTakenFromTheLogIsSaidAndTheDaemonGoesOn) {
   const TempFolder folder;
-  Robot robot(folder, "robot", std::string(kLongWalk) + "&width=320&height=240", {"--speed", "max"});
+  Robot robot(folder, "robot", kLongWalk, {"--speed", "max"});
   const auto frames = [&] { return robot.status("frames", 0u); };
   ASSERT_TRUE(test::wait_until([&] { return frames() > 100; }, 60s)) << robot.log();
   ASSERT_THAT(robot.log(), Not(HasSubstr("cannot be read where it is kept")));
