@@ -134,7 +134,7 @@ Result<Image> draw_side_by_side(Renderer& renderer, std::span<const Scene> maps,
   const int even = style.width_px / columns;
   const int high = style.height_px / rows, caption = std::max(20, high / 10);
   tile.height_px = high - caption;
-  if (even < 8 || tile.height_px < 8)
+  if (even < 16 || tile.height_px < 8)
     return Error{"picture",
                  fmt::format("{} x {} pixels are too few for {} maps", style.width_px, style.height_px, count)};
   const float smaller = std::clamp(static_cast<float>(even) / 900, 0.7f, 1.0f);  // ways do not hide the map
