@@ -123,6 +123,17 @@ TEST_F(KeyframeLogTest, MalformedOnesHaveTheirPositions) {
   EXPECT_EQ(log.size(), 1u);
   EXPECT_TRUE(log.is_whole(1)) << "nothing better comes";
   EXPECT_THAT(log.chain(), IsEmpty());
+  // Who has the head alone cannot tell that it was malformed.
+  const auto place =
+      author.replacing(bad->id.seq).write(Lane::features, RecordKind::keyframe, place_alone(keyframe(7)));
+  KeyframeLog late;
+  ASSERT_TRUE(late.add(test::without_body(bad)).ok());
+  for (KeyframeLog* each : {&log, &late}) {
+    ASSERT_TRUE(each->add(place).ok());
+    ASSERT_NE(each->place(0), nullptr);
+    EXPECT_EQ(each->place(0)->index, 7u);
+    EXPECT_EQ(each->place(1), nullptr);
+  }
 }
 
 }  // namespace

@@ -15,11 +15,17 @@ Status KeyframeLog::add(const RecordPtr& record) {
     return success();
   }
   const auto keyframe = decode_keyframe(record->body);
-  if (!keyframe) return keyframe.error();
+  if (!keyframe) {
+    placeless_.push_back({position, record->id.seq});
+    return keyframe.error();
+  }
   const KeyframePlace place{keyframe->index, keyframe->anchor,           position,      record->id.seq,
                             false,           keyframe->T_robot_keyframe, keyframe->time};
   const bool saw_something = !keyframe->features.empty() || keyframe->grid.width > 0;
-  if (!saw_something && replace(record->seal.replaces, place)) return success();
+  if (!saw_something && replace(record->seal.replaces, place)) {
+    placeless_.push_back({position, record->id.seq});
+    return success();
+  }
   if (saw_something) views_.push_back({position, record});
   places_.push_back(place);
   return success();
@@ -29,10 +35,12 @@ bool KeyframeLog::replace(std::uint32_t sequence, const KeyframePlace& by) {
   auto at = std::ranges::lower_bound(places_, sequence, {}, &KeyframePlace::sequence);
   if (at == places_.end() || at->sequence != sequence) {
     const auto gap = std::ranges::find(gaps_, sequence, &Gap::sequence);
-    if (gap == gaps_.end()) return false;
+    const auto other = std::ranges::lower_bound(placeless_, sequence, {}, &Gap::sequence);
+    const bool is_gap = gap != gaps_.end();
+    if (!is_gap && (other == placeless_.end() || other->sequence != sequence)) return false;
     at = places_.insert(at, by);
-    at->position = gap->position;
-    gaps_.erase(gap);
+    at->position = is_gap ? gap->position : other->position;
+    is_gap ? gaps_.erase(gap) : placeless_.erase(other);
   }
   const KeyframePlace was = std::exchange(*at, by);
   at->position = was.position;

@@ -54,7 +54,7 @@ class KeyframeLog {
     std::uint32_t position = 0;
     RecordPtr record;
   };
-  struct Gap {
+  struct Gap {  // a position without a place
     std::uint32_t position = 0, sequence = 0;
   };
   bool replace(std::uint32_t sequence, const KeyframePlace& by);  // false: there is no such one
@@ -63,6 +63,7 @@ class KeyframeLog {
   std::vector<View> views_;  // that are there, by position
   std::vector<KeyframePlace> places_;
   std::vector<Gap> gaps_;            // heads alone, whose places did not come yet
+  std::vector<Gap> placeless_;       // malformed, or only repeating another's place: who has a head alone cannot tell
   std::vector<std::uint32_t> gone_;  // positions
   std::vector<RecordId> unread_;
 };
